@@ -1,0 +1,360 @@
+//! `eval`: the airlight functions over a file of cases, as JSON.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use media_math::{
+    Boundary, CompensatedSum, Foot, HoffmanPreetham, HomogeneousMedium, MieNormalisation, PhaseFunction, Real,
+    airlight, signed_airlight, sun_f, sun_f_difference,
+};
+use rayon::prelude::*;
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use serde_json::{Value, json};
+
+use crate::failure::{Failure, Outcome};
+use crate::output_file;
+
+/// What the cases of a file ask for.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(crate) enum Kind {
+    /// Sun et al.'s F(u, v) and its differences.
+    F,
+    /// Airlight of one interval.
+    Airlight,
+    /// Airlight of a shadowed ray.
+    Intervals,
+    /// Inscatter and extinction of a directional light.
+    HoffmanPreetham,
+}
+
+/// Evaluate the airlight functions over a file of cases.
+#[derive(Debug, Args)]
+pub(crate) struct EvalArgs {
+    /// What to evaluate.
+    kind: Kind,
+    /// The cases.
+    cases: PathBuf,
+    /// Where the results go: a JSON array with one object a case, in order.
+    #[arg(short, long)]
+    output: PathBuf,
+    /// Part of the name of the GPU adapter to use.
+    #[arg(long)]
+    adapter: Option<String>,
+}
+
+pub(crate) fn run(args: &EvalArgs) -> Outcome {
+    output_file::check_writable(&args.output)?;
+    if let Some(name) = &args.adapter {
+        return Err(Failure::input(format!("--adapter {name}: this build has no GPU backend")));
+    }
+    let results = match args.kind {
+        Kind::F => {
+            let file: FFile = read(&args.cases)?;
+            let mut results: Vec<Value> = file.f.par_iter().map(FCase::result).collect();
+            results.par_extend(file.difference.par_iter().map(DifferenceCase::result));
+            results
+        }
+        Kind::Airlight => {
+            let file: Cases<AirlightCase> = read(&args.cases)?;
+            each(&args.cases, &file.cases, AirlightCase::result)?
+        }
+        Kind::Intervals => {
+            let file: Rays = read(&args.cases)?;
+            each(&args.cases, &file.rays, RayCase::result)?
+        }
+        Kind::HoffmanPreetham => {
+            let file: Cases<HoffmanPreethamCase> = read(&args.cases)?;
+            each(&args.cases, &file.cases, HoffmanPreethamCase::result)?
+        }
+    };
+    let mut text = serde_json::to_string_pretty(&results).map_err(Failure::program)?;
+    text.push('\n');
+    output_file::write_bytes(&args.output, text.as_bytes())
+}
+
+fn read<T: DeserializeOwned>(path: &Path) -> Outcome<T> {
+    let name = path.display();
+    let text = std::fs::read(path).map_err(|e| Failure::input(format!("{name}: {e}")))?;
+    serde_json::from_slice(&text).map_err(|e| Failure::input(format!("{name}: {e}")))
+}
+
+/// The results of all cases in order; the first bad case fails the file.
+fn each<T: Sync>(
+    path: &Path,
+    cases: &[T],
+    result: impl Fn(&T) -> Result<Value, String> + Sync,
+) -> Outcome<Vec<Value>> {
+    cases
+        .par_iter()
+        .enumerate()
+        .map(|(i, case)| {
+            result(case).map_err(|why| Failure::input(format!("{}: case {i}: {why}", path.display())))
+        })
+        .collect()
+}
+
+#[derive(Deserialize)]
+struct Cases<T> {
+    cases: Vec<T>,
+}
+
+/// A JSON number that holds `value` exactly, and null if no number does.
+fn number(value: impl Real) -> Value {
+    let value = value.widen();
+    if value.is_finite() { json!(value) } else { Value::Null }
+}
+
+#[derive(Deserialize)]
+#[serde(tag = "type", rename_all = "kebab-case")]
+enum PhaseCase {
+    Isotropic,
+    Rayleigh,
+    Hg { g: f64 },
+    RayleighMie { g: f64, fraction: f64 },
+}
+
+impl PhaseCase {
+    /// The phase function, with g taken from elsewhere where that is given.
+    fn phase<T: Real>(&self, g_instead: Option<f64>) -> Result<PhaseFunction<T>, String> {
+        let pick = |g: f64| T::lit(g_instead.unwrap_or(g));
+        match *self {
+            Self::Isotropic => Ok(PhaseFunction::ISOTROPIC),
+            Self::Rayleigh => PhaseFunction::rayleigh_mie(T::zero(), T::one()),
+            Self::Hg { g } => PhaseFunction::henyey_greenstein(pick(g)),
+            Self::RayleighMie { g, fraction } => PhaseFunction::rayleigh_mie(pick(g), T::lit(fraction)),
+        }
+        .map_err(|e| e.to_string())
+    }
+}
+
+/// σ_s and σ_t as the files give them: σ_t is a number of its own, not a sum, and may be 0 beside σ_s > 0.
+fn interval<T: Real>(
+    sigma_s: T,
+    sigma_t: T,
+    intensity: T,
+    phase: &PhaseFunction<T>,
+    foot: &Foot<T>,
+    x0: T,
+    x1: T,
+) -> Result<T, String> {
+    let medium = HomogeneousMedium::with_extinction(sigma_s, sigma_t).map_err(|e| e.to_string())?;
+    Ok(airlight(&medium, phase, intensity, foot, x0, x1))
+}
+
+#[derive(Deserialize)]
+struct AirlightCase {
+    id: Value,
+    kappa_s: f64,
+    kappa_t: f64,
+    intensity: f64,
+    x0: f64,
+    x1: f64,
+    phase: PhaseCase,
+    foot: Option<FootBlock>,
+    f32: Option<F32Block>,
+}
+
+#[derive(Deserialize)]
+struct FootBlock {
+    x_foot: f64,
+    h: f64,
+    value: Option<f64>,
+}
+
+#[derive(Deserialize)]
+struct F32Block {
+    kappa_s: f64,
+    kappa_t: f64,
+    intensity: f64,
+    x_foot: f64,
+    h: f64,
+    x0: f64,
+    x1: f64,
+    g: Option<f64>,
+    value: Option<f64>,
+}
+
+impl AirlightCase {
+    fn result(&self) -> Result<Value, String> {
+        let wide = match &self.foot {
+            Some(FootBlock { x_foot, h, value: Some(_) }) => number(interval(
+                self.kappa_s,
+                self.kappa_t,
+                self.intensity,
+                &self.phase.phase::<f64>(None)?,
+                &Foot { x_foot: *x_foot, h: *h },
+                self.x0,
+                self.x1,
+            )?),
+            _ => Value::Null,
+        };
+        let narrow = match &self.f32 {
+            Some(block @ F32Block { value: Some(_), .. }) => number(interval(
+                block.kappa_s as f32,
+                block.kappa_t as f32,
+                block.intensity as f32,
+                &self.phase.phase::<f32>(block.g)?,
+                &Foot { x_foot: block.x_foot as f32, h: block.h as f32 },
+                block.x0 as f32,
+                block.x1 as f32,
+            )?),
+            _ => Value::Null,
+        };
+        Ok(json!({"id": self.id, "f64": wide, "f32": narrow, "gpu": null}))
+    }
+}
+
+#[derive(Deserialize)]
+struct Rays {
+    rays: Vec<RayCase>,
+}
+
+#[derive(Deserialize)]
+struct RayCase {
+    kappa_s: f64,
+    kappa_t: f64,
+    intensity: f64,
+    x_foot: f64,
+    h: f64,
+    phase: PhaseCase,
+    lit_intervals: Vec<[f64; 2]>,
+}
+
+impl RayCase {
+    fn result(&self) -> Result<Value, String> {
+        Ok(json!({
+            "f64": number(self.paired::<f64>()?),
+            "f32": number(self.paired::<f32>()?),
+            "gpu": null,
+            "f32_signed": number(self.signed()?),
+        }))
+    }
+
+    fn paired<T: Real>(&self) -> Result<T, String> {
+        let phase = self.phase.phase::<T>(None)?;
+        let foot = Foot { x_foot: T::lit(self.x_foot), h: T::lit(self.h) };
+        let mut sum = CompensatedSum::new();
+        for &[start, end] in &self.lit_intervals {
+            let (start, end) = (T::lit(start), T::lit(end));
+            sum.add(interval(
+                T::lit(self.kappa_s),
+                T::lit(self.kappa_t),
+                T::lit(self.intensity),
+                &phase,
+                &foot,
+                start,
+                end,
+            )?);
+        }
+        Ok(sum.total())
+    }
+
+    /// The boundaries in an order that has nothing to do with their distance.
+    fn signed(&self) -> Result<f32, String> {
+        let medium = HomogeneousMedium::with_extinction(self.kappa_s as f32, self.kappa_t as f32)
+            .map_err(|e| e.to_string())?;
+        let foot = Foot { x_foot: self.x_foot as f32, h: self.h as f32 };
+        let mut boundaries: Vec<Boundary<f32>> = self
+            .lit_intervals
+            .iter()
+            .flat_map(|&[start, end]| Boundary::of_interval(start as f32, end as f32))
+            .collect();
+        boundaries.sort_by_key(|boundary| boundary.distance.to_bits().wrapping_mul(0x9E37_79B9));
+        Ok(signed_airlight(&medium, &self.phase.phase(None)?, self.intensity as f32, &foot, boundaries))
+    }
+}
+
+#[derive(Deserialize)]
+struct FFile {
+    #[serde(rename = "F", default)]
+    f: Vec<FCase>,
+    #[serde(default)]
+    difference: Vec<DifferenceCase>,
+}
+
+#[derive(Deserialize)]
+struct FCase {
+    u: f64,
+    v: f64,
+}
+
+impl FCase {
+    fn result(&self) -> Value {
+        json!({
+            "f64": number(sun_f(self.u, self.v)),
+            "f32": number(sun_f(self.u as f32, self.v as f32)),
+            "gpu": null,
+        })
+    }
+}
+
+#[derive(Deserialize)]
+struct DifferenceCase {
+    u: f64,
+    v0: f64,
+    v1: f64,
+}
+
+impl DifferenceCase {
+    fn result(&self) -> Value {
+        json!({
+            "f64": number(sun_f_difference(self.u, self.v0, self.v1)),
+            "f32": number(sun_f_difference(self.u as f32, self.v0 as f32, self.v1 as f32)),
+            "gpu": null,
+        })
+    }
+}
+
+#[derive(Deserialize)]
+struct HoffmanPreethamCase {
+    beta_rayleigh: [f64; 3],
+    beta_mie: [f64; 3],
+    #[serde(default)]
+    beta_absorption: [f64; 3],
+    g: f64,
+    mie_normalisation: Normalisation,
+    e_sun: [f64; 3],
+    l0: [f64; 3],
+    cos_theta: f64,
+    s: f64,
+    lit_intervals: Vec<[f64; 2]>,
+}
+
+#[derive(Deserialize, Clone, Copy)]
+#[serde(rename_all = "snake_case")]
+enum Normalisation {
+    Standard,
+    HoffmanPreetham,
+}
+
+impl HoffmanPreethamCase {
+    fn result(&self) -> Result<Value, String> {
+        let (wide, narrow) = (self.radiance::<f64>()?, self.radiance::<f32>()?);
+        let field = |i: usize| json!({"f64": wide[i], "f32": narrow[i]});
+        Ok(json!({"f_ex": field(0), "l_in": field(1), "l": field(2)}))
+    }
+
+    /// Extinction factor, inscatter and radiance, by channel.
+    fn radiance<T: Real>(&self) -> Result<[[Value; 3]; 3], String> {
+        let channels = |v: [f64; 3]| v.map(T::lit);
+        let normalisation = match self.mie_normalisation {
+            Normalisation::Standard => MieNormalisation::Standard,
+            Normalisation::HoffmanPreetham => MieNormalisation::HoffmanPreetham,
+        };
+        let model = HoffmanPreetham::<T, [T; 3]>::new(
+            channels(self.beta_rayleigh),
+            channels(self.beta_mie),
+            channels(self.beta_absorption),
+            T::lit(self.g),
+            normalisation,
+        )
+        .map_err(|e| e.to_string())?;
+        let lit = self.lit_intervals.iter().map(|&[a, b]| (T::lit(a), T::lit(b)));
+        let f_ex = model.extinction_factor(T::lit(self.s));
+        let l_in = model.in_scatter(T::lit(self.cos_theta), channels(self.e_sun), lit);
+        let l0 = channels(self.l0);
+        let l = [0, 1, 2].map(|c| l0[c] * f_ex[c] + l_in[c]);
+        Ok([f_ex, l_in, l].map(|spectrum| spectrum.map(number)))
+    }
+}
