@@ -69,7 +69,7 @@ pub use optics::airlight::{airlight, airlight_isotropic};
 pub use optics::airlight_table::{FTable, FrameTable, Interpolation, Warp, literal_airlight};
 pub use optics::boundary::{Boundary, Crossing, airlight_over, signed_airlight};
 pub use optics::closed_form::airlight_closed_form;
-pub use optics::composite::{airlight_anisotropic, airlight_composite};
+pub use optics::composite::{PathNode, airlight_anisotropic, airlight_composite, inverse_square_integral};
 pub use optics::directional::{
     HoffmanPreetham, MieNormalisation, directional_airlight, directional_airlight_slab, phi,
     transmittance_integral,

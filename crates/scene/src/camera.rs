@@ -76,8 +76,7 @@ impl Camera {
         let half = (0.5 * f64::from(self.fov_y)).tan();
         let size = DVec2::new(f64::from(size.0), f64::from(size.1));
         let ndc = 2.0 * pixel / size - 1.0;
-        let direction = self.forward.as_dvec3()
-            + ndc.x * half * (size.x / size.y) * self.right.as_dvec3()
+        let direction = self.forward.as_dvec3() + ndc.x * half * (size.x / size.y) * self.right.as_dvec3()
             - ndc.y * half * self.up.as_dvec3();
         DRay { origin: self.position.as_dvec3(), direction: direction.normalize() }
     }
@@ -94,8 +93,7 @@ mod tests {
 
     #[test]
     fn rays_by_hand() {
-        let camera =
-            Camera::look_at(Vec3::ZERO, Vec3::NEG_Z, Vec3::Y, std::f32::consts::FRAC_PI_2).unwrap();
+        let camera = Camera::look_at(Vec3::ZERO, Vec3::NEG_Z, Vec3::Y, std::f32::consts::FRAC_PI_2).unwrap();
         let corner = camera.ray(DVec2::new(0.0, 0.0), (200, 100)).direction;
         assert!((corner - DVec3::new(-2.0, 1.0, -1.0).normalize()).length() < 1e-7);
         let middle = camera.pixel_ray(1, 1, (3, 3)).direction;

@@ -88,7 +88,11 @@ fn check_power(name: &str, value: Vec3) -> Result<(), SceneError> {
 }
 
 fn check_position(value: Vec3) -> Result<(), SceneError> {
-    if value.is_finite() { Ok(()) } else { Err(SceneError::Light(format!("position must be finite, got {value}"))) }
+    if value.is_finite() {
+        Ok(())
+    } else {
+        Err(SceneError::Light(format!("position must be finite, got {value}")))
+    }
 }
 
 fn unit(value: Vec3) -> Result<DVec3, SceneError> {
@@ -121,7 +125,13 @@ impl SpotLight {
     /// # Errors
     /// [`SceneError::Light`] if a value is not finite, the direction is zero, the intensity is negative, or the
     /// angles do not satisfy 0 ≤ inner ≤ outer < π/2.
-    pub fn new(position: Vec3, direction: Vec3, inner: f32, outer: f32, intensity: Vec3) -> Result<Self, SceneError> {
+    pub fn new(
+        position: Vec3,
+        direction: Vec3,
+        inner: f32,
+        outer: f32,
+        intensity: Vec3,
+    ) -> Result<Self, SceneError> {
         check_position(position)?;
         check_power("intensity", intensity)?;
         let direction = unit(direction)?;
@@ -197,7 +207,12 @@ impl LightTexture {
     /// # Errors
     /// [`SceneError::Light`] if a side is 0, the number of texels does not match, or a texel is negative or not
     /// finite.
-    pub fn new(width: u32, height: u32, texels: Vec<[f32; 3]>, filter: TextureFilter) -> Result<Self, SceneError> {
+    pub fn new(
+        width: u32,
+        height: u32,
+        texels: Vec<[f32; 3]>,
+        filter: TextureFilter,
+    ) -> Result<Self, SceneError> {
         if width == 0 || height == 0 || texels.len() as u64 != u64::from(width) * u64::from(height) {
             return Err(SceneError::Light(format!(
                 "a light texture of {width} x {height} cannot have {} texels",
@@ -215,7 +230,8 @@ impl LightTexture {
         let (w, h) = (f64::from(self.width), f64::from(self.height));
         let texel = |x: f64, y: f64| {
             // saturating: the cast of a negative number is 0
-            let (x, y) = ((x as usize).min(self.width as usize - 1), (y as usize).min(self.height as usize - 1));
+            let (x, y) =
+                ((x as usize).min(self.width as usize - 1), (y as usize).min(self.height as usize - 1));
             DVec3::from_array(self.texels[y * self.width as usize + x].map(f64::from))
         };
         match self.filter {

@@ -7,6 +7,17 @@ use media_math::{HomogeneousMedium, PhaseFunction};
 /// RGB coefficients of a homogeneous medium in `f32`.
 pub type RgbMedium = HomogeneousMedium<f32, [f32; 3]>;
 
+/// How the airlight of a point or spot light is formed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum AirlightModel {
+    /// Sun et al. 2005: light falls off with 1/d² and is attenuated on its way from the light.
+    #[default]
+    Sun,
+    /// Hoffman and Preetham 2003, applied to local lights as Wyman and Ramsey do: the light's intensity counts as an
+    /// irradiance, without 1/d² and without extinction on the light's way.
+    HoffmanPreetham,
+}
+
 /// A participating medium.
 ///
 /// Bounds, density and emission are part of the vocabulary for every technique; one that cannot take them says so
@@ -80,7 +91,9 @@ impl Density {
         if y0.is_finite() && scale.is_finite() && scale > 0.0 {
             Ok(Self::Height { y0, scale })
         } else {
-            Err(SceneError::Density(format!("y0 must be finite and scale finite and positive, got {y0} and {scale}")))
+            Err(SceneError::Density(format!(
+                "y0 must be finite and scale finite and positive, got {y0} and {scale}"
+            )))
         }
     }
 
@@ -134,12 +147,17 @@ impl DensityGrid {
         let f = at - low;
         let value = |dx: f64, dy: f64, dz: f64| {
             let c = (low + DVec3::new(dx, dy, dz)).min(cells - 1.0);
-            let index = c.x as usize + self.size[0] as usize * (c.y as usize + self.size[1] as usize * c.z as usize);
+            let index =
+                c.x as usize + self.size[0] as usize * (c.y as usize + self.size[1] as usize * c.z as usize);
             f64::from(self.values[index])
         };
         let mix = |a: f64, b: f64, t: f64| a + (b - a) * t;
         let plane = |dz: f64| {
-            mix(mix(value(0.0, 0.0, dz), value(1.0, 0.0, dz), f.x), mix(value(0.0, 1.0, dz), value(1.0, 1.0, dz), f.x), f.y)
+            mix(
+                mix(value(0.0, 0.0, dz), value(1.0, 0.0, dz), f.x),
+                mix(value(0.0, 1.0, dz), value(1.0, 1.0, dz), f.x),
+                f.y,
+            )
         };
         mix(plane(0.0), plane(1.0), f.z)
     }

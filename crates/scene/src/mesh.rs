@@ -25,7 +25,10 @@ impl Mesh {
             return Err(SceneError::Mesh(format!("position {at} is not finite: {}", positions[at])));
         }
         if let Some(&index) = triangles.iter().flatten().find(|&&index| index as usize >= positions.len()) {
-            return Err(SceneError::Mesh(format!("index {index} is out of range for {} positions", positions.len())));
+            return Err(SceneError::Mesh(format!(
+                "index {index} is out of range for {} positions",
+                positions.len()
+            )));
         }
         Ok(Self { positions, triangles, material })
     }

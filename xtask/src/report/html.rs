@@ -70,7 +70,7 @@ fn overview(sections: &[Section]) -> String {
         many => format!("{many} experiments"),
     };
     format!(
-        "{experiments}; {holding} of {} tested claims hold. Every time stands beside its error.",
+        "{experiments}; {holding} of {} claims hold. Every time stands beside its error.",
         checks().count()
     )
 }

@@ -81,13 +81,13 @@ fn is_complete(row: &Row) -> bool {
 }
 
 fn has_time(row: &Row) -> bool {
-    row.ms_scatter.is_some() || row.ms_frame.is_some()
+    [row.ms_scatter, row.ms_frame].into_iter().flatten().any(|ms| ms.is_finite())
 }
 
+/// Only errors that the table shows count.
 fn has_error(row: &Row) -> bool {
-    [row.shadow_err, row.rel_rmse, row.shadow_err_map, row.nmae, row.p99, row.flip]
-        .iter()
-        .any(Option::is_some)
+    let shown = [row.shadow_err, row.rel_rmse, row.p99, row.flip, row.shadow_err_map];
+    shown.into_iter().flatten().any(|error| !error.is_nan())
 }
 
 /// The error against the map's own exact picture, with the meaning of the map.
@@ -182,13 +182,14 @@ mod tests {
         (both.shadow_err, both.rel_rmse) = (Some(0.01), Some(0.002));
         let time_only = Row { ms_scatter: Some(7.77), ms_frame: Some(8.88), ..Row::new("sphere", "froxel") };
         let error_only = Row { shadow_err: Some(0.0333), ..Row::new("sphere", "march") };
+        let no_number = Row { ms_scatter: Some(7.77), rel_rmse: Some(f64::NAN), ..Row::new("sphere", "map") };
         let neither = Row { rays: Some(12), ..Row::new("sphere", "grid") };
 
-        let table = measurements("All", &[both, time_only, error_only, neither]);
+        let table = measurements("All", &[both, time_only, error_only, no_number, neither]);
         let text = table.text();
         assert!(text.contains("1.50 ms") && text.contains("1.00 %"), "{text}");
         assert!(!text.contains("7.77") && !text.contains("8.88") && !text.contains("3.33"), "{text}");
-        assert!(table.note.as_ref().unwrap().starts_with("2 of 4 rows"), "{text}");
+        assert!(table.note.as_ref().unwrap().starts_with("3 of 5 rows"), "{text}");
 
         let (time, error) =
             (column(&table, "time of the fog").unwrap(), column(&table, "shadow error").unwrap());

@@ -47,23 +47,56 @@ pub fn airlight_anisotropic<T: Real, S: Spectrum<T>>(
     x1: T,
     mut intensity: impl FnMut(T, T) -> S,
 ) -> S {
-    let dark = S::splat(T::zero());
+    let sigma_t = medium.sigma_t();
+    let sum = inverse_square_integral(phase, foot, x0, x1, sigma_t.min_channel(), |node| {
+        let light = intensity(node.distance, node.cos_emission);
+        light.times(sigma_t.map(|sigma_t| (-sigma_t * node.path_excess).exp()))
+    });
+    let near = x0 + (x0 - foot.x_foot).hypot(foot.h);
+    // in two halves, each representable long after the whole is not
+    let half = sigma_t.map(|sigma_t| (T::lit(-0.5) * (sigma_t * near)).exp());
+    medium.sigma_s().times(half).times(sum.times(half))
+}
+
+/// Where [`inverse_square_integral`] asks for its integrand.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PathNode<T> {
+    /// Distance from the eye; units: m.
+    pub distance: T,
+    /// (d + x) − (d₀ + x₀): how much longer the way of the light is than at the near end; units: m.
+    pub path_excess: T,
+    /// Cosine between the ray's direction and the way from the light to the point.
+    pub cos_emission: T,
+}
+
+/// ∫_{x₀}^{x₁} p(cos θ) f/d² dx by the composite rule; units: f/(m·sr).
+///
+/// The rule resolves 1/d², the phase function, and an extinction of at least `sigma_t` (in m⁻¹) in f along the light's
+/// way; without one, `x1` should be finite. f should be smooth over a distance like d: split the interval elsewhere.
+pub fn inverse_square_integral<T: Real, S: Spectrum<T>>(
+    phase: &PhaseFunction<T>,
+    foot: &Foot<T>,
+    x0: T,
+    x1: T,
+    sigma_t: T,
+    mut f: impl FnMut(PathNode<T>) -> S,
+) -> S {
+    let mut sum = S::splat(T::zero());
     let Some(span) = Span::new(foot, x0, x1) else {
-        return dark;
+        return sum;
     };
-    let sigma_t = medium.sigma_t().scale(span.unit);
-    let scale = phase.feature_scale();
-    let mut sum = dark;
-    for_each_node(&span, sigma_t.min_channel(), scale, |node| {
+    for_each_node(&span, sigma_t * span.unit, phase.feature_scale(), |node| {
         let r = node.r;
         let x = foot.x_foot + T::lit(0.5) * (r - span.h * (span.h / r)) * span.unit;
         let (r2, h2) = (r * r, span.h * span.h);
-        let light = intensity(x.max(x0).min(x1), (r2 - h2) / (r2 + h2));
-        let weight = node.weight * phase.at(r, span.h);
-        sum = sum.plus(light.times(sigma_t.map(|sigma_t| weight * (-sigma_t * node.delta).exp())));
+        let value = f(PathNode {
+            distance: x.max(x0).min(x1),
+            path_excess: node.delta * span.unit,
+            cos_emission: (r2 - h2) / (r2 + h2),
+        });
+        sum = sum.plus(value.scale(node.weight * phase.at(r, span.h)));
     });
-    let half = sigma_t.map(|sigma_t| span.half_transmittance(sigma_t));
-    medium.sigma_s().times(half).times(sum.times(half).scale(T::one() / span.unit))
+    sum.scale(T::one() / span.unit)
 }
 
 /// ∫ p e^(−σ_t(R − R₀))/d² dx over the span, in its unit of length; each lobe in its own variable.

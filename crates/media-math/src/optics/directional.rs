@@ -41,7 +41,11 @@ pub fn directional_airlight<T: Real, S: Spectrum<T>>(
     x1: T,
 ) -> S {
     let path = medium.sigma_t().map(|sigma_t| transmittance_integral(sigma_t, x0, x1));
-    medium.sigma_s().times(irradiance).times(path).scale(phase_value)
+    // a channel without a medium has an infinite path to infinity, and still no airlight
+    let scattered = medium
+        .sigma_s()
+        .zip(path, |sigma_s, path| if sigma_s == T::zero() { sigma_s } else { sigma_s * path });
+    scattered.times(irradiance).scale(phase_value)
 }
 
 /// [`directional_airlight`] with the light attenuated over `light_path_0 + slope·(x − x0)` metres before it reaches x.

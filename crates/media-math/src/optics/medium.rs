@@ -26,6 +26,12 @@ impl<T: Real, S: Spectrum<T>> HomogeneousMedium<T, S> {
         Ok(Self { sigma_s, sigma_a, sigma_t, _real: core::marker::PhantomData })
     }
 
+    /// A medium that neither scatters nor absorbs.
+    pub fn clear() -> Self {
+        let none = S::splat(T::zero());
+        Self { sigma_s: none, sigma_a: none, sigma_t: none, _real: core::marker::PhantomData }
+    }
+
     /// A medium given by scattering and extinction, for data that state those two; units: m⁻¹.
     ///
     /// σ_t is kept to the last bit. σ_t < σ_s is allowed, since σ_t → 0 beside a fixed σ_s is the vacuum limit that

@@ -1,0 +1,380 @@
+//! The unaccelerated march: the baseline that every technique is compared with.
+//!
+//! It is an honest one. A ray is clipped to the light's extent, to the surface it hits, and to what occluders can
+//! shadow at all; visibility is asked once a step, at its middle; and the airlight of adjoining lit steps is one
+//! evaluation of the interval form, so that all of its error is in where it believes the shadow's boundaries to be.
+//! Where the light's intensity varies along the ray (spot, texture) or the medium does, each step is weighted on its
+//! own.
+
+use glam::{DVec3, Vec3};
+use media_math::{Foot, HomogeneousMedium, PhaseFunction, airlight, directional_airlight};
+use scene::{Aabb, AirlightModel, DRay, Density, Interval, Light, LightId, Medium, Visibility};
+
+use crate::extent::shadow_extent;
+
+/// Optical depth at which a march along an infinite ray stops; what is left is taken in one last step.
+const MARCH_DEPTH: f64 = 9.0;
+
+/// What a march needs to know about a frame.
+#[derive(Clone, Copy)]
+pub struct BruteForce<'a> {
+    /// The medium, of any kind.
+    pub medium: &'a Medium,
+    /// The lights.
+    pub lights: &'a [Light],
+    /// What casts shadows; `None` if nothing does.
+    pub occluders: Option<Occluders<'a>>,
+    /// Steps along each ray for each light.
+    pub samples: u32,
+    /// How airlight of local lights is formed.
+    pub model: AirlightModel,
+}
+
+/// Shadows to ask for, and where their casters are.
+#[derive(Clone, Copy)]
+pub struct Occluders<'a> {
+    /// Answers for every step.
+    pub visibility: &'a dyn Visibility,
+    /// A box around all that casts shadows.
+    pub bounds: Aabb,
+}
+
+impl std::fmt::Debug for BruteForce<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("BruteForce")
+            .field("samples", &self.samples)
+            .field("lights", &self.lights.len())
+            .finish_non_exhaustive()
+    }
+}
+
+/// Airlight of one ray, and what it cost.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Marched {
+    /// Radiance; units: W/(m²·sr).
+    pub airlight: Vec3,
+    /// Steps at which visibility was asked, or the medium read.
+    pub samples: u64,
+}
+
+impl BruteForce<'_> {
+    /// Airlight of all lights, and the medium's own glow, along `ray` up to `end` metres (may be infinite).
+    pub fn airlight(&self, ray: &DRay, end: f64) -> Marched {
+        let mut sum = Marched::default();
+        if self.medium.emission != [0.0; 3] {
+            self.march_varying(ray, end, None, &mut sum);
+        }
+        if self.medium.coefficients.is_clear() {
+            return sum;
+        }
+        for id in 0..self.lights.len() {
+            let id = LightId(id);
+            if self.varies_along(id) {
+                self.march_varying(ray, end, Some(id), &mut sum);
+            } else {
+                self.march_uniform(ray, end, id, &mut sum);
+            }
+        }
+        sum
+    }
+
+    /// Whether a step's airlight is no closed form: the medium varies, or the light's way is no plain distance.
+    fn varies_along(&self, id: LightId) -> bool {
+        let local = |position: Vec3| {
+            self.model == AirlightModel::HoffmanPreetham
+                || self.medium.bounds.is_some_and(|bounds| !bounds.contains(position.as_dvec3()))
+        };
+        !self.medium.is_homogeneous()
+            || match &self.lights[id.0] {
+                Light::Point(light) => local(light.position),
+                Light::Spot(light) => local(light.position),
+                Light::Directional(_) => self.medium.bounds.is_some(),
+            }
+    }
+
+    fn visibility(&self, ray: &DRay, x: f64, id: LightId) -> f32 {
+        self.occluders.map_or(1.0, |occluders| occluders.visibility.visibility(ray.at(x).as_vec3(), id))
+    }
+
+    /// The part of the ray in which the light shines, and the distance at which the medium begins.
+    fn lit_span(&self, ray: &DRay, end: f64, light: &Light) -> (Interval, f64) {
+        let mut span = Interval::new(0.0, end);
+        if let Some(bounds) = &self.medium.bounds {
+            span = span.intersect(bounds.clip(ray));
+        }
+        if let Some(Density::Grid(grid)) = &self.medium.density {
+            span = span.intersect(grid.bounds.clip(ray));
+        }
+        let entry = span.start;
+        if let Light::Spot(spot) = light {
+            span = spot.clip(ray, span);
+        }
+        (span, entry)
+    }
+
+    /// Homogeneous medium, and a light whose way lies in it: airlight in closed form over each lit run.
+    fn march_uniform(&self, ray: &DRay, end: f64, id: LightId, sum: &mut Marched) {
+        let light = &self.lights[id.0];
+        let (span, entry) = self.lit_span(ray, end, light);
+        if span.is_empty() {
+            return;
+        }
+        let piece = Piece::new(self.medium, light, ray, entry);
+        let Light::Spot(_) = light else {
+            // outside this nothing is shadowed: no sample is spent there
+            let shadowed = self.occluders.map_or(Interval::new(span.start, span.start), |occluders| {
+                shadow_extent(&occluders.bounds, light, ray, span)
+            });
+            sum.airlight += piece.airlight(span.start, shadowed.start, Vec3::ONE);
+            self.march_runs(ray, shadowed, id, &piece, sum);
+            let after = if shadowed.is_empty() { shadowed.start } else { shadowed.end };
+            sum.airlight += piece.airlight(after, span.end, Vec3::ONE);
+            return;
+        };
+        // a spot's intensity changes along the ray: each step has its own
+        for step in self.steps(span) {
+            sum.samples += 1;
+            let middle = step.middle();
+            let visibility = self.visibility(ray, middle, id);
+            if visibility > 0.0 {
+                sum.airlight += visibility * piece.airlight(step.start, step.end, piece.intensity_at(middle));
+            }
+        }
+    }
+
+    /// One evaluation for each run of steps of equal visibility.
+    fn march_runs(&self, ray: &DRay, span: Interval, id: LightId, piece: &Piece<'_>, sum: &mut Marched) {
+        let mut run = (span.start, 0.0);
+        for step in self.steps(span) {
+            sum.samples += 1;
+            let visibility = self.visibility(ray, step.middle(), id);
+            if visibility != run.1 {
+                sum.airlight += run.1 * piece.airlight(run.0, step.start, Vec3::ONE);
+                run = (step.start, visibility);
+            }
+        }
+        sum.airlight += run.1 * piece.airlight(run.0, span.end, Vec3::ONE);
+    }
+
+    /// `samples` equal steps; an infinite span is marched as far as anything is left, and its rest is the last step.
+    fn steps(&self, span: Interval) -> impl Iterator<Item = Step> + use<> {
+        let samples = if span.is_empty() { 0 } else { self.samples };
+        let sigma_t = self.medium.coefficients.sigma_t().into_iter().fold(f32::INFINITY, f32::min);
+        let reach = MARCH_DEPTH / f64::from(sigma_t).max(1e-30);
+        let (start, last) = (span.start, span.end);
+        let end = last.min(start + reach);
+        let width = (end - start) / f64::from(samples.max(1));
+        (0..samples).map(move |i| Step {
+            start: start + width * f64::from(i),
+            end: if i + 1 == samples { last } else { start + width * f64::from(i + 1) },
+            width,
+        })
+    }
+
+    /// Any medium: one step at a time, with the transmittance of the way so far.
+    fn march_varying(&self, ray: &DRay, end: f64, id: Option<LightId>, sum: &mut Marched) {
+        let unlit = Light::Point(scene::PointLight { position: Vec3::ZERO, intensity: Vec3::ZERO });
+        let light = id.map_or(&unlit, |id| &self.lights[id.0]);
+        let (span, entry) = self.lit_span(ray, end, light);
+        let piece = Piece::new(self.medium, light, ray, entry);
+        let (sigma_s, sigma_t) = (
+            DVec3::from(self.medium.coefficients.sigma_s().map(f64::from)),
+            DVec3::from(self.medium.coefficients.sigma_t().map(f64::from)),
+        );
+        let emission = DVec3::from(self.medium.emission.map(f64::from));
+        // the way to the first step, exactly
+        let mut path = self.medium.optical_path(ray, Interval::new(0.0, span.start.max(0.0)));
+        let mut radiance = DVec3::ZERO;
+        for step in self.steps(span) {
+            sum.samples += 1;
+            let middle = step.start + 0.5 * step.width;
+            let point = ray.at(middle);
+            let density = self.medium.density.as_ref().map_or(1.0, |density| density.at(point));
+            let (near, step_path) = ((-sigma_t * path).exp(), density * step.width);
+            path += step_path;
+            if density == 0.0 {
+                continue;
+            }
+            // mean transmittance over the step
+            let mean = near * DVec3::from(sigma_t.to_array().map(|s| media_math::phi(s * step_path)));
+            let Some(id) = id else {
+                radiance += emission * density * step.width * mean;
+                continue;
+            };
+            let visibility = f64::from(self.visibility(ray, middle, id));
+            if visibility == 0.0 {
+                continue;
+            }
+            let arriving = match (light, self.model) {
+                (Light::Directional(light), _) => light.irradiance.as_dvec3() * step.width,
+                (_, AirlightModel::HoffmanPreetham) => piece.intensity_at(middle).as_dvec3() * step.width,
+                // ∫ dx/d² over the step is an angle over h: it stays right next to the light
+                (_, AirlightModel::Sun) => piece.intensity_at(middle).as_dvec3() * piece.inverse_square(step),
+            };
+            let light_path = match (light, self.model) {
+                (Light::Directional(_), _) | (_, AirlightModel::Sun) => self.medium.light_path(point, light),
+                (_, AirlightModel::HoffmanPreetham) => 0.0,
+            };
+            let scattered = sigma_s * density * f64::from(piece.phase_at(middle));
+            radiance += visibility * scattered * arriving * (-sigma_t * light_path).exp() * mean;
+        }
+        sum.airlight += radiance.as_vec3();
+    }
+}
+
+/// A step of a march.
+#[derive(Debug, Clone, Copy)]
+struct Step {
+    start: f64,
+    end: f64,
+    /// Length of all steps but a last infinite one.
+    width: f64,
+}
+
+impl Step {
+    /// Where visibility is asked.
+    fn middle(&self) -> f64 {
+        self.start + 0.5 * self.width
+    }
+}
+
+/// One light as one ray sees it.
+struct Piece<'a> {
+    coefficients: HomogeneousMedium<f32, [f32; 3]>,
+    phase: PhaseFunction<f32>,
+    light: &'a Light,
+    ray: DRay,
+    foot: Foot<f32>,
+    /// Phase value of a directional light.
+    sun_phase: f32,
+    /// Where the medium begins; units: m.
+    entry: f64,
+}
+
+impl<'a> Piece<'a> {
+    fn new(medium: &Medium, light: &'a Light, ray: &DRay, entry: f64) -> Self {
+        let local = |position: Vec3| {
+            let to = position.as_dvec3() - ray.at(entry);
+            let foot = Foot::new(to.to_array(), ray.direction.to_array());
+            // a ray through the light itself has infinite airlight: move it aside by a rounding
+            let least = 1e-12 * to.length().max(1e-12);
+            Foot { x_foot: foot.x_foot as f32, h: foot.h.max(least) as f32 }
+        };
+        let (foot, sun_phase) = match light {
+            Light::Point(light) => (local(light.position), 0.0),
+            Light::Spot(light) => (local(light.position), 0.0),
+            Light::Directional(light) => {
+                let (to_light, view) = (-light.direction.as_dvec3(), ray.direction);
+                let phase = medium.phase.widen().value_between(to_light.to_array(), view.to_array());
+                (Foot { x_foot: 0.0, h: 1.0 }, phase as f32)
+            }
+        };
+        Self {
+            coefficients: medium.coefficients,
+            phase: medium.phase,
+            light,
+            ray: *ray,
+            foot,
+            sun_phase,
+            entry,
+        }
+    }
+
+    /// Airlight of a fully lit piece, times `factor`; for a spot `factor` is the intensity.
+    fn airlight(&self, start: f64, end: f64, factor: Vec3) -> Vec3 {
+        if end <= start {
+            return Vec3::ZERO;
+        }
+        let (x0, x1) = ((start - self.entry) as f32, (end - self.entry) as f32);
+        let intensity = match self.light {
+            Light::Point(light) => factor * light.intensity,
+            Light::Spot(_) => factor,
+            Light::Directional(light) => {
+                let irradiance = (factor * light.irradiance).to_array();
+                return directional_airlight(&self.coefficients, self.sun_phase, irradiance, x0, x1).into();
+            }
+        };
+        airlight(&self.coefficients, &self.phase, intensity.to_array(), &self.foot, x0, x1).into()
+    }
+
+    /// Intensity of a local light towards the ray at distance `x`; units: W/sr.
+    fn intensity_at(&self, x: f64) -> Vec3 {
+        match self.light {
+            Light::Point(light) => light.intensity,
+            Light::Spot(light) => {
+                light.intensity_towards(self.ray.at(x) - light.position.as_dvec3()).as_vec3()
+            }
+            Light::Directional(light) => light.irradiance,
+        }
+    }
+
+    /// Phase value at distance `x`; units: sr⁻¹.
+    fn phase_at(&self, x: f64) -> f32 {
+        if let Light::Directional(_) = self.light {
+            return self.sun_phase;
+        }
+        let a = (x - self.entry) as f32 - self.foot.x_foot;
+        let d = a.hypot(self.foot.h);
+        let r = if a < 0.0 { self.foot.h * (self.foot.h / (d - a)) } else { d + a };
+        self.phase.at(r, self.foot.h)
+    }
+
+    /// ∫ dx/d² over a step; units: 1/m.
+    fn inverse_square(&self, step: Step) -> f64 {
+        let h = f64::from(self.foot.h);
+        let a = step.start - self.entry - f64::from(self.foot.x_foot);
+        let b = a + step.width;
+        (h * step.width).atan2(h * h + a * b) / h
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use scene::{DirectionalLight, PointLight, SpotLight};
+
+    fn lights() -> Vec<Light> {
+        vec![
+            Light::Point(PointLight::new(Vec3::new(0.5, 1.0, -3.0), Vec3::new(3.0, 2.0, 1.0)).unwrap()),
+            Light::Spot(SpotLight::new(Vec3::new(0.0, 2.0, -3.0), Vec3::NEG_Y, 0.2, 0.6, Vec3::ONE).unwrap()),
+            Light::Directional(DirectionalLight::new(Vec3::new(0.2, -1.0, 0.3), Vec3::ONE).unwrap()),
+        ]
+    }
+
+    fn ray() -> DRay {
+        DRay { origin: DVec3::ZERO, direction: DVec3::new(0.05, 0.1, -1.0).normalize() }
+    }
+
+    fn march(medium: &Medium, lights: &[Light], samples: u32, end: f64) -> Marched {
+        BruteForce { medium, lights, occluders: None, samples, model: AirlightModel::Sun }
+            .airlight(&ray(), end)
+    }
+
+    #[test]
+    fn without_occluders_a_point_light_takes_no_sample() {
+        let medium = Medium::homogeneous([0.1; 3], [0.02; 3]).unwrap();
+        let marched = march(&medium, &lights()[..1], 100, 8.0);
+        assert!(marched.samples == 0 && marched.airlight.min_element() > 0.0);
+    }
+
+    #[test]
+    fn a_varying_medium_that_does_not_vary_is_a_homogeneous_one() {
+        let medium = Medium::homogeneous([0.1, 0.2, 0.3], [0.02; 3]).unwrap();
+        // density 1 everywhere the ray goes, but by the general path
+        let varying = Medium { density: Some(Density::height(1000.0, 1.0).unwrap()), ..medium.clone() };
+        for light in lights() {
+            let light = [light];
+            let uniform = march(&medium, &light, 4000, 8.0).airlight;
+            let stepped = march(&varying, &light, 4000, 8.0).airlight;
+            assert!((stepped / uniform - 1.0).abs().max_element() < 1e-4, "{light:?}: {stepped} {uniform}");
+        }
+    }
+
+    #[test]
+    fn emission_alone_by_hand() {
+        let medium = Medium { emission: [1.0, 2.0, 3.0], ..Medium::homogeneous([0.0; 3], [0.5; 3]).unwrap() };
+        let marched = march(&medium, &[], 50, 4.0);
+        let exact = (1.0 - (-2.0_f32).exp()) / 0.5;
+        assert!((marched.airlight / (exact * Vec3::new(1.0, 2.0, 3.0)) - 1.0).abs().max_element() < 1e-5);
+    }
+}
