@@ -11,7 +11,10 @@ mod image_file;
 mod metrics;
 mod output_file;
 mod progress;
+mod render;
 mod report;
+mod scene_args;
+mod technique;
 
 use failure::Outcome;
 
@@ -27,16 +30,40 @@ struct Cli {
 enum Command {
     Compare(compare::CompareArgs),
     Eval(eval::EvalArgs),
+    Render(Box<render::RenderArgs>),
 }
 
 fn run(command: &Command) -> Outcome {
     match command {
         Command::Compare(args) => compare::run(args),
         Command::Eval(args) => eval::run(args),
+        Command::Render(args) => render::run(args),
     }
 }
 
+/// Results go to stdout as one JSON document; a reader that has gone away is no failure.
+fn print_json(value: &serde_json::Value) -> Outcome {
+    use std::io::Write;
+    let text = serde_json::to_string(value).map_err(failure::Failure::program)?;
+    let _ = writeln!(std::io::stdout(), "{text}");
+    Ok(())
+}
+
+/// Plain lines on stderr: what a default was, what a flag did not do.
+fn start_log() {
+    let filter = tracing_subscriber::EnvFilter::try_from_default_env()
+        .unwrap_or_else(|_| tracing_subscriber::EnvFilter::new("info"));
+    tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .with_writer(std::io::stderr)
+        .with_target(false)
+        .with_ansi(false)
+        .without_time()
+        .init();
+}
+
 fn main() -> ExitCode {
+    start_log();
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => return usage(&error),

@@ -96,6 +96,13 @@ impl Bvh {
         self.tree.nodes.len()
     }
 
+    /// Memory of tree and triangles; units: bytes.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&*self.tree.nodes)
+            + size_of_val(&*self.tree.primitive_indices)
+            + size_of_val(&*self.triangles)
+    }
+
     /// Visits the triangles of every leaf whose ancestors all pass `enter`.
     #[inline]
     fn walk(

@@ -1,0 +1,292 @@
+//! `render`: one picture of one scene.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use scene::Bvh;
+use serde_json::{Value, json};
+
+use crate::failure::{Failure, Outcome};
+use crate::image_file;
+use crate::metrics;
+use crate::output_file;
+use crate::scene_args::{SceneArgs, Setup};
+use crate::technique::{self, Options, Picture, Technique};
+
+/// Longest side of a picture; units: pixels.
+const MAX_SIDE: u32 = 16384;
+
+/// Steps where a march is given none.
+const DEFAULT_SAMPLES: u32 = 128;
+
+/// Render a picture of a glTF or generated scene.
+#[derive(Debug, Args)]
+pub(crate) struct RenderArgs {
+    /// A .glb or .gltf file, or procedural:NAME.
+    #[arg(value_name = "SCENE")]
+    input: String,
+    /// The picture: .png, .exr or .npy (float32, height x width x 3).
+    #[arg(short, long)]
+    output: PathBuf,
+    /// How airlight is computed; by default what the scene needs.
+    #[arg(long, value_enum)]
+    technique: Option<Technique>,
+    /// Where it is computed.
+    #[arg(long, value_enum, default_value_t)]
+    backend: Backend,
+    /// Part of the name of the GPU adapter to use.
+    #[arg(long)]
+    adapter: Option<String>,
+    /// Width and height in pixels.
+    #[arg(long, default_value = "512x512", value_parser = parse_size)]
+    size: (u32, u32),
+    /// Leave surfaces black.
+    #[arg(long)]
+    airlight_only: bool,
+    /// Nothing casts a shadow in the medium.
+    #[arg(long)]
+    unshadowed: bool,
+    /// What a march asks for visibility.
+    #[arg(long, value_enum)]
+    visibility: Option<VisibilitySource>,
+    /// What a shadow map's texels mean between their centres.
+    #[arg(long, value_enum)]
+    map_surface: Option<MapSurface>,
+    /// How far a ray that hits nothing is integrated, in m; infinite by default.
+    #[arg(long, value_name = "M", allow_hyphen_values = true, value_parser = parse_distance)]
+    max_distance: Option<f64>,
+    #[command(flatten)]
+    scene: SceneArgs,
+    #[command(flatten)]
+    quality: QualityArgs,
+    /// Exposure of a PNG, in stops.
+    #[arg(long, value_name = "EV", default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse_finite)]
+    exposure: f32,
+    /// Also render with this technique, print how the two compare, and write an error picture beside the output.
+    #[arg(long, value_enum, value_name = "TECHNIQUE")]
+    against: Option<Technique>,
+    /// Write what was done and what it cost as JSON.
+    #[arg(long, value_name = "PATH")]
+    json: Option<PathBuf>,
+}
+
+/// Flags that trade time for error; each says on stderr if the technique has no use for it.
+#[derive(Debug, Args)]
+struct QualityArgs {
+    /// Steps along each ray for each light.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
+    samples: Option<u32>,
+    /// Side of the shadow map in texels.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=16384))]
+    shadow_map: Option<u32>,
+    /// static, adaptive[:THRESHOLD] or delaunay[:METRES].
+    #[arg(long)]
+    tessellation: Option<String>,
+    /// Scattering is computed at this fraction of the resolution.
+    #[arg(long, value_name = "1|2|4", value_parser = ["1", "2", "4"])]
+    scattering_scale: Option<String>,
+    /// Side of a voxel of the shared grid, in m.
+    #[arg(long, value_name = "M", value_parser = parse_distance)]
+    voxel_size: Option<f64>,
+    /// Number of viewers.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    viewers: Option<u32>,
+    /// Largest shadow_err that is accepted.
+    #[arg(long, value_name = "E", value_parser = parse_distance)]
+    target_error: Option<f64>,
+}
+
+/// `--backend`.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Backend {
+    /// A GPU if there is one.
+    #[default]
+    Auto,
+    /// A GPU or nothing.
+    Gpu,
+    /// The CPU.
+    Cpu,
+}
+
+impl Backend {
+    /// Fails where a GPU is asked for.
+    pub(crate) fn check(self, adapter: Option<&str>) -> Outcome {
+        match (self, adapter) {
+            (_, Some(name)) => Err(Failure::input(format!("--adapter {name}: this version has no GPU backend"))),
+            (Self::Gpu, None) => Err(Failure::input("--backend gpu: this version has no GPU backend")),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// `--visibility`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum VisibilitySource {
+    /// Shadow rays.
+    Bvh,
+    /// A shadow map.
+    Map,
+}
+
+/// `--map-surface`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum MapSurface {
+    /// Texels are steps, as a lookup sees them.
+    Step,
+    /// Linear between texel centres, as a light volume encloses it.
+    Linear,
+}
+
+fn parse_size(text: &str) -> Result<(u32, u32), String> {
+    let (width, height) = text.split_once(['x', 'X']).ok_or("expected WxH, such as 512x512")?;
+    let side = |text: &str| match text.parse::<u32>() {
+        Ok(side @ 1..=MAX_SIDE) => Ok(side),
+        _ => Err(format!("each side must be a whole number from 1 to {MAX_SIDE}")),
+    };
+    Ok((side(width)?, side(height)?))
+}
+
+fn parse_distance(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 => Ok(value),
+        _ => Err("must be a number above 0".into()),
+    }
+}
+
+fn parse_finite(text: &str) -> Result<f32, String> {
+    match text.parse::<f32>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ => Err("must be a finite number".into()),
+    }
+}
+
+pub(crate) fn run(args: &RenderArgs) -> Outcome {
+    args.backend.check(args.adapter.as_deref())?;
+    if args.visibility == Some(VisibilitySource::Map) {
+        return Err(Failure::input("--visibility map: this version has no shadow maps; use bvh"));
+    }
+    image_file::check_writable(&args.output)?;
+    let error_path = args.against.map(|_| args.output.with_extension("error.png"));
+    for path in args.json.iter().chain(&error_path) {
+        output_file::check_writable(path)?;
+    }
+    let setup = args.scene.resolve(&args.input)?;
+    let bvh = Bvh::build(&setup.scene).map_err(|e| Failure::input(format!("{}: {e}", args.input)))?;
+    let (technique, why) = match args.technique {
+        Some(technique) => (technique, "asked for"),
+        None => technique::choose(&setup),
+    };
+    args.quality.say_unused(technique);
+    if args.map_surface.is_some() && technique != Technique::ExactShadowMap {
+        tracing::warn!("--map-surface: {} uses no shadow map", technique.name());
+    }
+    let options = Options {
+        size: args.size,
+        airlight_only: args.airlight_only,
+        shadows_in_medium: !args.unshadowed,
+        max_distance: args.max_distance.unwrap_or(f64::INFINITY),
+        samples: args.quality.samples.unwrap_or(DEFAULT_SAMPLES),
+    };
+    let picture = technique::render(&setup, &bvh, technique, &options, &technique.name())?;
+    let comparison = match (args.against, &error_path) {
+        (Some(other), Some(path)) => Some(compare(&setup, &bvh, other, &options, &picture, path)?),
+        _ => None,
+    };
+    image_file::write(&args.output, &picture.image, args.exposure)?;
+    if let Some(path) = &args.json {
+        let text = describe(args, technique, why, &setup, &bvh, &picture, comparison.as_ref());
+        let text = serde_json::to_string_pretty(&text).map_err(Failure::program)?;
+        output_file::write_bytes(path, format!("{text}\n").as_bytes())?;
+    }
+    if let Some(figures) = comparison {
+        crate::print_json(&figures)?;
+    }
+    Ok(())
+}
+
+/// Renders with `other`, writes the error picture, and returns the figures of `compare`.
+fn compare(
+    setup: &Setup,
+    bvh: &Bvh,
+    other: Technique,
+    options: &Options,
+    picture: &Picture,
+    error_path: &Path,
+) -> Outcome<Value> {
+    let reference = technique::render(setup, bvh, other, options, &format!("{} (reference)", other.name()))?;
+    let open = Options { shadows_in_medium: false, ..*options };
+    let unshadowed = technique::render(setup, bvh, other, &open, "unshadowed")?;
+    let figures =
+        metrics::compare(&picture.image, &reference.image, Some(&unshadowed.image), None)?;
+    let errors = image_file::error_picture(&picture.image, &reference.image)?;
+    output_file::write_bytes(error_path, &image_file::encode_png(&errors)?)?;
+    serde_json::to_value(figures).map_err(Failure::program)
+}
+
+fn describe(
+    args: &RenderArgs,
+    technique: Technique,
+    why: &str,
+    setup: &Setup,
+    bvh: &Bvh,
+    picture: &Picture,
+    comparison: Option<&Value>,
+) -> Value {
+    let marched = technique == Technique::BruteForce;
+    json!({
+        "scene": args.input,
+        "size": [args.size.0, args.size.1],
+        "adapter": {"name": "CPU", "backend": "cpu", "kind": "cpu"},
+        "technique": technique.name(),
+        "why": why,
+        "passes": [{"name": technique.name(), "ms": picture.ms}],
+        "ms": picture.ms,
+        // a time stands beside its error: null says that it was not measured (--against measures it)
+        "error": comparison,
+        "triangles": setup.scene.triangle_count(),
+        "lights": setup.lights.len(),
+        "samples": picture.samples,
+        "rays": if marched { picture.samples } else { 0 },
+        "bytes": bvh.bytes() + picture.image.pixels.len() * std::mem::size_of::<[f32; 3]>(),
+    })
+}
+
+impl QualityArgs {
+    /// Says which of the given flags the technique does not use.
+    fn say_unused(&self, technique: Technique) {
+        let used: &[&str] = if technique == Technique::BruteForce { &["--samples"] } else { &[] };
+        let given = [
+            ("--samples", self.samples.is_some()),
+            ("--shadow-map", self.shadow_map.is_some()),
+            ("--tessellation", self.tessellation.is_some()),
+            ("--scattering-scale", self.scattering_scale.is_some()),
+            ("--voxel-size", self.voxel_size.is_some()),
+            ("--viewers", self.viewers.is_some()),
+            ("--target-error", self.target_error.is_some()),
+        ];
+        for (flag, _) in given.iter().filter(|(flag, given)| *given && !used.contains(flag)) {
+            tracing::warn!("{flag}: {} has no use for it", technique.name());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_parse() {
+        assert_eq!(parse_size("640x480"), Ok((640, 480)));
+        for bad in ["0x0", "512", "1x0", "-1x4", "99999x2", "4294967297x1", "x", "axb", "1e3x2"] {
+            assert!(parse_size(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn distances_parse() {
+        assert_eq!(parse_distance("inf"), Ok(f64::INFINITY));
+        for bad in ["0", "-1", "nan", "m"] {
+            assert!(parse_distance(bad).is_err(), "{bad}");
+        }
+    }
+}
