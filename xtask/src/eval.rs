@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use media_math::{
-    Boundary, CompensatedSum, Foot, HoffmanPreetham, HomogeneousMedium, MieNormalisation, PhaseFunction, Real,
-    airlight, signed_airlight, sun_f, sun_f_difference,
+    Boundary, CompensatedSum, Foot, HoffmanPreetham, HomogeneousMedium, MieNormalisation, PhaseFunction,
+    Real, airlight, signed_airlight, sun_f, sun_f_difference,
 };
 use rayon::prelude::*;
 use serde::Deserialize;

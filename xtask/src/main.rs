@@ -6,6 +6,7 @@ use clap::{Parser, Subcommand};
 
 mod compare;
 mod eval;
+mod experiments;
 mod failure;
 mod image_file;
 mod metrics;
@@ -13,7 +14,9 @@ mod output_file;
 mod progress;
 mod render;
 mod report;
+mod repro;
 mod scene_args;
+mod setups;
 mod technique;
 
 use failure::Outcome;
@@ -31,6 +34,7 @@ enum Command {
     Compare(compare::CompareArgs),
     Eval(eval::EvalArgs),
     Render(Box<render::RenderArgs>),
+    Repro(repro::ReproArgs),
 }
 
 fn run(command: &Command) -> Outcome {
@@ -38,6 +42,7 @@ fn run(command: &Command) -> Outcome {
         Command::Compare(args) => compare::run(args),
         Command::Eval(args) => eval::run(args),
         Command::Render(args) => render::run(args),
+        Command::Repro(args) => repro::run(args),
     }
 }
 
@@ -85,7 +90,8 @@ fn usage(error: &clap::Error) -> ExitCode {
         return ExitCode::SUCCESS;
     }
     let text = error.to_string();
-    let first = text.lines().take_while(|line| !line.is_empty() && !line.starts_with("Usage")).collect::<Vec<_>>();
+    let first =
+        text.lines().take_while(|line| !line.is_empty() && !line.starts_with("Usage")).collect::<Vec<_>>();
     let line = first.join(" ").split_whitespace().collect::<Vec<_>>().join(" ");
     say(&if line.starts_with("error:") { line } else { format!("error: {line}") });
     ExitCode::from(2)

@@ -19,7 +19,6 @@ pub(crate) struct Progress {
     bar: ProgressBar,
     /// Absent on a terminal, where the bar shows itself.
     log: Option<Mutex<Log>>,
-    started: Instant,
 }
 
 /// What the last line of the log said.
@@ -30,18 +29,19 @@ struct Log {
 }
 
 impl Progress {
-    /// Starts to count up to `total` units of work.
+    /// Starts to count up to `total` units of work; without a label in silence.
     pub(crate) fn new(label: impl Into<String>, total: u64) -> Self {
-        let (label, started) = (label.into(), Instant::now());
+        let label = label.into();
+        let silent = label.is_empty();
         let watched = io::stderr().is_terminal();
-        let target = if watched { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
+        let target = if watched && !silent { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
         let bar = ProgressBar::with_draw_target(Some(total), target).with_message(label.clone());
         // the template is fixed; were it ever wrong, indicatif's own look would do
         if let Ok(style) = ProgressStyle::with_template("{msg:28} {wide_bar} {pos}/{len} {elapsed_precise}") {
             bar.set_style(style);
         }
-        let log = (!watched).then(|| Mutex::new(Log { at: started, tenth: 0 }));
-        let progress = Self { label, bar, log, started };
+        let log = (!watched && !silent).then(|| Mutex::new(Log { at: Instant::now(), tenth: 0 }));
+        let progress = Self { label, bar, log };
         progress.line(format_args!("0/{total}"));
         progress
     }
@@ -65,7 +65,8 @@ impl Progress {
     pub(crate) fn finish(&self) {
         self.bar.finish();
         let (done, total) = (self.bar.position(), self.bar.length().unwrap_or_default());
-        self.line(format_args!("{done}/{total} in {:.1} s", self.started.elapsed().as_secs_f64()));
+        // no time: a picture's time is never printed without its error
+        self.line(format_args!("{done}/{total}"));
     }
 
     /// A line of the log. Progress that cannot be told is not worth an error.

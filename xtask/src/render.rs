@@ -112,7 +112,9 @@ impl Backend {
     /// Fails where a GPU is asked for.
     pub(crate) fn check(self, adapter: Option<&str>) -> Outcome {
         match (self, adapter) {
-            (_, Some(name)) => Err(Failure::input(format!("--adapter {name}: this version has no GPU backend"))),
+            (_, Some(name)) => {
+                Err(Failure::input(format!("--adapter {name}: this version has no GPU backend")))
+            }
             (Self::Gpu, None) => Err(Failure::input("--backend gpu: this version has no GPU backend")),
             _ => Ok(()),
         }
@@ -216,8 +218,7 @@ fn compare(
     let reference = technique::render(setup, bvh, other, options, &format!("{} (reference)", other.name()))?;
     let open = Options { shadows_in_medium: false, ..*options };
     let unshadowed = technique::render(setup, bvh, other, &open, "unshadowed")?;
-    let figures =
-        metrics::compare(&picture.image, &reference.image, Some(&unshadowed.image), None)?;
+    let figures = metrics::compare(&picture.image, &reference.image, Some(&unshadowed.image), None)?;
     let errors = image_file::error_picture(&picture.image, &reference.image)?;
     output_file::write_bytes(error_path, &image_file::encode_png(&errors)?)?;
     serde_json::to_value(figures).map_err(Failure::program)

@@ -9,7 +9,8 @@ use glam::Vec3;
 use media_math::PhaseFunction;
 use scene::import::{ColorSpace, load_gltf, load_light_texture};
 use scene::{
-    AirlightModel, Camera, DirectionalLight, Light, Medium, PointLight, RgbMedium, Scene, SpotLight, TextureFilter,
+    AirlightModel, Camera, DirectionalLight, Light, Medium, PointLight, RgbMedium, Scene, SpotLight,
+    TextureFilter,
 };
 
 use crate::failure::{Failure, Outcome};
@@ -149,8 +150,7 @@ impl SceneArgs {
             None => match scene.cameras.first() {
                 Some(camera) => camera.clone(),
                 None => {
-                    let camera =
-                        Camera::framing(&scene.bounds(), fov.unwrap_or(DEFAULT_FOV.to_radians()));
+                    let camera = Camera::framing(&scene.bounds(), fov.unwrap_or(DEFAULT_FOV.to_radians()));
                     let p = camera.position;
                     tracing::info!("{name} has no camera: framing the scene from {},{},{}", p.x, p.y, p.z);
                     camera
@@ -223,7 +223,8 @@ impl SceneArgs {
 /// One white point light above and beside the scene, bright enough to see by.
 fn default_light(scene: &Scene) -> Outcome<PointLight> {
     let bounds = scene.bounds();
-    let (center, size) = if bounds.is_empty() { (Vec3::ZERO, 1.0) } else { (bounds.center(), bounds.diagonal()) };
+    let (center, size) =
+        if bounds.is_empty() { (Vec3::ZERO, 1.0) } else { (bounds.center(), bounds.diagonal()) };
     let size = size.max(1e-6);
     let position = center + size * Vec3::new(0.5, 0.6, 0.3);
     PointLight::new(position, Vec3::splat(10.0 * size * size)).map_err(Failure::input)

@@ -62,6 +62,8 @@ pub(crate) struct Picture {
 
 /// Renders `setup` with `technique`.
 ///
+/// Progress is shown under `label`, and not at all without one.
+///
 /// Fails with the words of a refusal if the technique cannot take the medium or the lights.
 pub(crate) fn render(
     setup: &Setup,
@@ -70,6 +72,7 @@ pub(crate) fn render(
     options: &Options,
     label: &str,
 ) -> Outcome<Picture> {
+
     let settings = Settings {
         airlight_only: options.airlight_only,
         shadows_in_medium: options.shadows_in_medium,

@@ -44,19 +44,25 @@ impl LitIntervals for ExactShadows<'_> {
     }
 }
 
+/// Lit pieces shorter than this share of their distance are rounding: the gap between the shadow of the surface that a
+/// ray ends on, and the end.
+const LEAST_PIECE: f64 = 1e-13;
+
 /// Writes what of `span` no interval covers to `lit`; sorts `shadows`.
 fn complement(span: Interval, shadows: &mut [Interval], lit: &mut Vec<Interval>) {
     shadows.sort_unstable_by(|a, b| a.start.total_cmp(&b.start));
     let mut from = span.start;
-    for shadow in shadows.iter() {
-        if shadow.start > from {
-            lit.push(Interval::new(from, shadow.start));
+    let mut keep = |piece: Interval| {
+        // measured at the near end, since the far one may be infinite
+        if piece.length() > LEAST_PIECE * piece.start.abs() {
+            lit.push(piece);
         }
+    };
+    for shadow in shadows.iter() {
+        keep(Interval::new(from, shadow.start));
         from = from.max(shadow.end);
     }
-    if from < span.end {
-        lit.push(Interval::new(from, span.end));
-    }
+    keep(Interval::new(from, span.end));
 }
 
 #[cfg(test)]
@@ -78,6 +84,17 @@ mod tests {
         assert_eq!(lit(&[(1.0, 9.0)]), []);
         assert_eq!(lit(&[(5.0, 6.0), (2.0, 3.0), (2.5, 4.0)]), [(1.0, 2.0), (4.0, 5.0), (6.0, 9.0)]);
         assert_eq!(lit(&[(1.0, 2.0), (2.0, 3.0), (8.0, 9.0)]), [(3.0, 8.0)]);
+    }
+
+    #[test]
+    fn the_last_piece_may_be_infinite_and_a_rounding_is_none() {
+        let mut out = Vec::new();
+        let all = Interval::new(0.0, f64::INFINITY);
+        complement(all, &mut [], &mut out);
+        assert_eq!(out, [all]);
+        out.clear();
+        complement(Interval::new(0.0, 5.0 + 1e-15), &mut [Interval::new(0.0, 5.0)], &mut out);
+        assert!(out.is_empty());
     }
 
     /// Triangles in the unit cube at random, and whether a point sees the light by a shadow ray.

@@ -15,7 +15,7 @@ use std::path::Path;
 
 pub(crate) use display::{Image8, encode_png, to_srgb8};
 pub(crate) use error_picture::{ERROR_SCALE_ENDS, error_picture, scale_colour};
-pub(crate) use mask::{Mask, read_mask};
+pub(crate) use mask::read_mask;
 
 use crate::failure::{Failure, Outcome};
 use crate::output_file;

@@ -70,6 +70,29 @@ pub(super) fn scene() -> Scene {
     stage.finish()
 }
 
+/// A unit sphere of 81,920 triangles above a floor of 1200 m, seen from the front, under a point light above it.
+///
+/// The simplest scene with a shaft of shadow: one blocker, one receiver.
+pub(super) fn on_plane() -> Scene {
+    let mut sphere = geodesic(6);
+    for p in &mut sphere.positions {
+        p.y += 1.5;
+    }
+    let mut floor = MeshBuilder::default();
+    for (x, z) in [(-600.0, 600.0), (600.0, 600.0), (600.0, -600.0), (-600.0, -600.0)] {
+        floor.positions.push(Vec3::new(x, 0.0, z));
+    }
+    floor.triangles = vec![[0, 1, 2], [0, 2, 3]];
+    let mut stage = Stage::default();
+    stage
+        .part("sphere", [0.62, 0.27, 0.19], sphere)
+        .part("floor", [0.6; 3], floor)
+        .camera([0.0, 2.0, 8.0], [0.0, 1.6, 0.0], 40.0)
+        .point_light([0.6, 5.2, -0.8], [100.0; 3])
+        .fog(0.06);
+    stage.finish()
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::topology::survey_scene;

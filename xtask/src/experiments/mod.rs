@@ -1,0 +1,105 @@
+//! The experiments of `repro`, one a file.
+
+use std::process::Command;
+
+use crate::failure::Outcome;
+use crate::report::Section;
+use crate::report::data::{Adapter, Experiment};
+use crate::setups::Setups;
+
+mod airlight_accuracy;
+mod wyman_table1;
+
+/// How much is computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, clap::ValueEnum)]
+pub(crate) enum Preset {
+    /// All experiments in under two minutes, for tests.
+    Smoke,
+    /// All experiments in under ten minutes, sizes scaled down.
+    Quick,
+    /// 512² pictures, all scenes.
+    Standard,
+    /// The paper's resolution and sample counts.
+    Paper,
+}
+
+impl Preset {
+    /// The flag's value.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Smoke => "smoke",
+            Self::Quick => "quick",
+            Self::Standard => "standard",
+            Self::Paper => "paper",
+        }
+    }
+}
+
+/// What every experiment needs to know of the run.
+#[derive(Debug)]
+pub(crate) struct Context {
+    pub(crate) preset: Preset,
+    pub(crate) setups: Setups,
+    pub(crate) adapter: Adapter,
+    pub(crate) git: String,
+    /// Flags that repeat this run, after the experiment's name.
+    pub(crate) flags: String,
+}
+
+/// An experiment: its name, what it is in one line, and what runs it.
+pub(crate) struct Entry {
+    pub(crate) id: &'static str,
+    pub(crate) about: &'static str,
+    pub(crate) run: fn(&Context) -> Outcome<Section>,
+}
+
+/// All experiments of this version, in the order in which they run.
+pub(crate) const ALL: &[Entry] = &[
+    Entry {
+        id: "airlight-accuracy",
+        about: "speed against error of every airlight form, by category of case",
+        run: airlight_accuracy::run,
+    },
+    Entry {
+        id: "wyman-table1",
+        about: "Wyman & Ramsey 2008, Table 1: no shadows and brute force against exact, on the CPU",
+        run: wyman_table1::run,
+    },
+];
+
+/// An experiment with nothing found yet.
+fn experiment(context: &Context, id: &str, title: &str, source: &str) -> Experiment {
+    Experiment {
+        id: id.into(),
+        title: Some(title.into()),
+        source: source.into(),
+        preset: context.preset.name().into(),
+        adapter: context.adapter.clone(),
+        git: context.git.clone(),
+        command: Some(format!("cargo xtask repro {id}{}", context.flags)),
+        ..Experiment::default()
+    }
+}
+
+/// The processor that the CPU implementations run on.
+pub(crate) fn cpu() -> Adapter {
+    let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let model =
+        info.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": ").map(|(_, name)| name));
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    Adapter {
+        name: format!("{}, {cores} threads", model.unwrap_or("CPU").trim()),
+        backend: "cpu".into(),
+        kind: "CPU".into(),
+    }
+}
+
+/// Revision of the source tree, or "unknown" outside a repository.
+pub(crate) fn revision() -> String {
+    let output = Command::new("git").args(["describe", "--always", "--dirty"]).output();
+    let text = output
+        .ok()
+        .filter(|o| o.status.success())
+        .map(|o| String::from_utf8_lossy(&o.stdout).trim().to_owned());
+    text.unwrap_or_else(|| "unknown".into())
+}

@@ -1,0 +1,103 @@
+//! `repro`: every table and figure, and one report over all of them.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use clap::Args;
+
+use crate::experiments::{ALL, Context, Preset, cpu, revision};
+use crate::failure::{Failure, Outcome};
+use crate::render::Backend;
+use crate::report::{RunInfo, Section, write_report};
+use crate::setups::Setups;
+
+/// Environment variable that names the scenes folder.
+const SCENES: &str = "AIRLIGHT_SCENES";
+
+/// Reproduce the papers' tables and figures.
+#[derive(Debug, Args)]
+pub(crate) struct ReproArgs {
+    /// Experiments to run; all of them by default.
+    #[arg(value_name = "ID")]
+    ids: Vec<String>,
+    /// List the experiments.
+    #[arg(long)]
+    list: bool,
+    /// How much to compute.
+    #[arg(long, value_enum, default_value = "quick")]
+    preset: Preset,
+    /// Where to compute it.
+    #[arg(long, value_enum, default_value_t)]
+    backend: Backend,
+    /// Part of the name of the GPU adapter to use.
+    #[arg(long)]
+    adapter: Option<String>,
+    /// Folder with the scenes' meshes; AIRLIGHT_SCENES does the same.
+    #[arg(long, value_name = "DIR")]
+    scenes: Option<PathBuf>,
+    /// Where tables, pictures and the report go.
+    #[arg(long, value_name = "DIR", default_value = "target/repro")]
+    out: PathBuf,
+    /// Exit with 1 if a claim does not hold.
+    #[arg(long)]
+    strict: bool,
+}
+
+pub(crate) fn run(args: &ReproArgs) -> Outcome {
+    if args.list {
+        let list: String = ALL.iter().map(|entry| format!("{:<20}{}\n", entry.id, entry.about)).collect();
+        print(&list);
+        return Ok(());
+    }
+    args.backend.check(args.adapter.as_deref())?;
+    if let Some(unknown) = args.ids.iter().find(|id| ALL.iter().all(|entry| entry.id != **id)) {
+        let known: Vec<&str> = ALL.iter().map(|entry| entry.id).collect();
+        return Err(Failure::input(format!(
+            "{unknown}: no such experiment in this version; known: {}",
+            known.join(", ")
+        )));
+    }
+    let folder = args.scenes.clone().or_else(|| std::env::var_os(SCENES).map(PathBuf::from));
+    let setups = Setups::load(folder.as_deref())?;
+    std::fs::create_dir_all(&args.out)
+        .map_err(|e| Failure::input(format!("--out {}: cannot be made: {e}", args.out.display())))?;
+    let mut flags = format!(" --preset {}", args.preset.name());
+    if setups.from_folder() {
+        // the reader's folder is elsewhere
+        flags += " --scenes DIR";
+    }
+    let context = Context { preset: args.preset, setups, adapter: cpu(), git: revision(), flags };
+    let mut sections: Vec<Section> = Vec::new();
+    for entry in ALL.iter().filter(|entry| args.ids.is_empty() || args.ids.iter().any(|id| id == entry.id)) {
+        tracing::info!("{}: {}", entry.id, entry.about);
+        let section = (entry.run)(&context)?;
+        section.write(&args.out)?;
+        print(&format!("{}\n", section.text()));
+        sections.push(section);
+    }
+    let report = args.out.join("report.html");
+    let info = RunInfo {
+        preset: args.preset.name().into(),
+        adapter: context.adapter.clone(),
+        git: context.git.clone(),
+        date: None,
+        command: format!(
+            "cargo xtask repro{}{}",
+            args.ids.iter().map(|id| format!(" {id}")).collect::<String>(),
+            context.flags
+        ),
+        notes: vec!["No GPU backend in this version: everything ran on the CPU implementations.".into()],
+    };
+    write_report(&report, &sections, &info)?;
+    tracing::info!("report: {}", report.display());
+    let failed = sections.iter().flat_map(|s| &s.experiment.checks).filter(|check| !check.holds).count();
+    if args.strict && failed > 0 {
+        return Err(Failure::program(format!("--strict: {failed} claims do not hold")));
+    }
+    Ok(())
+}
+
+/// Results go to stdout; a reader that has gone away is no failure.
+fn print(text: &str) {
+    let _ = std::io::stdout().write_all(text.as_bytes());
+}
