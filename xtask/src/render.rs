@@ -248,7 +248,7 @@ fn describe(
         "lights": setup.lights.len(),
         "samples": picture.samples,
         "rays": if marched { picture.samples } else { 0 },
-        "bytes": bvh.bytes() + picture.image.pixels.len() * std::mem::size_of::<[f32; 3]>(),
+        "bytes": bvh.bytes() + picture.image.pixels.len() * size_of::<[f32; 3]>(),
     })
 }
 

@@ -12,8 +12,8 @@ use scene::{Aabb, AirlightModel, DRay, Density, Interval, Light, LightId, Medium
 
 use crate::extent::shadow_extent;
 
-/// Optical depth at which a march along an infinite ray stops; what is left is taken in one last step.
-const MARCH_DEPTH: f64 = 9.0;
+/// Optical depth at which a march through a varying medium stops along an infinite ray: e^(−16) is 10⁻⁷.
+const MARCH_DEPTH: f64 = 16.0;
 
 /// What a march needs to know about a frame.
 #[derive(Clone, Copy)]
@@ -37,6 +37,12 @@ pub struct Occluders<'a> {
     pub visibility: &'a dyn Visibility,
     /// A box around all that casts shadows.
     pub bounds: Aabb,
+}
+
+impl std::fmt::Debug for Occluders<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Occluders").field("bounds", &self.bounds).finish_non_exhaustive()
+    }
 }
 
 impl std::fmt::Debug for BruteForce<'_> {
@@ -132,9 +138,9 @@ impl BruteForce<'_> {
             return;
         };
         // a spot's intensity changes along the ray: each step has its own
-        for step in self.steps(span) {
+        for step in piece.steps(span, self.samples) {
             sum.samples += 1;
-            let middle = step.middle();
+            let middle = step.middle;
             let visibility = self.visibility(ray, middle, id);
             if visibility > 0.0 {
                 sum.airlight += visibility * piece.airlight(step.start, step.end, piece.intensity_at(middle));
@@ -145,9 +151,9 @@ impl BruteForce<'_> {
     /// One evaluation for each run of steps of equal visibility.
     fn march_runs(&self, ray: &DRay, span: Interval, id: LightId, piece: &Piece<'_>, sum: &mut Marched) {
         let mut run = (span.start, 0.0);
-        for step in self.steps(span) {
+        for step in piece.steps(span, self.samples) {
             sum.samples += 1;
-            let visibility = self.visibility(ray, step.middle(), id);
+            let visibility = self.visibility(ray, step.middle, id);
             if visibility != run.1 {
                 sum.airlight += run.1 * piece.airlight(run.0, step.start, Vec3::ONE);
                 run = (step.start, visibility);
@@ -156,26 +162,15 @@ impl BruteForce<'_> {
         sum.airlight += run.1 * piece.airlight(run.0, span.end, Vec3::ONE);
     }
 
-    /// `samples` equal steps; an infinite span is marched as far as anything is left, and its rest is the last step.
-    fn steps(&self, span: Interval) -> impl Iterator<Item = Step> + use<> {
-        let samples = if span.is_empty() { 0 } else { self.samples };
-        let sigma_t = self.medium.coefficients.sigma_t().into_iter().fold(f32::INFINITY, f32::min);
-        let reach = MARCH_DEPTH / f64::from(sigma_t).max(1e-30);
-        let (start, last) = (span.start, span.end);
-        let end = last.min(start + reach);
-        let width = (end - start) / f64::from(samples.max(1));
-        (0..samples).map(move |i| Step {
-            start: start + width * f64::from(i),
-            end: if i + 1 == samples { last } else { start + width * f64::from(i + 1) },
-            width,
-        })
-    }
-
     /// Any medium: one step at a time, with the transmittance of the way so far.
     fn march_varying(&self, ray: &DRay, end: f64, id: Option<LightId>, sum: &mut Marched) {
         let unlit = Light::Point(scene::PointLight { position: Vec3::ZERO, intensity: Vec3::ZERO });
         let light = id.map_or(&unlit, |id| &self.lights[id.0]);
         let (span, entry) = self.lit_span(ray, end, light);
+        let sigma_least = self.medium.coefficients.sigma_t().into_iter().fold(f32::INFINITY, f32::min);
+        // what lies beyond is attenuated away
+        let reach = MARCH_DEPTH / f64::from(sigma_least).max(1e-30);
+        let span = Interval::new(span.start, span.end.min(span.start + reach));
         let piece = Piece::new(self.medium, light, ray, entry);
         let (sigma_s, sigma_t) = (
             DVec3::from(self.medium.coefficients.sigma_s().map(f64::from)),
@@ -185,12 +180,12 @@ impl BruteForce<'_> {
         // the way to the first step, exactly
         let mut path = self.medium.optical_path(ray, Interval::new(0.0, span.start.max(0.0)));
         let mut radiance = DVec3::ZERO;
-        for step in self.steps(span) {
+        for step in piece.steps(span, self.samples) {
             sum.samples += 1;
-            let middle = step.start + 0.5 * step.width;
+            let (middle, width) = (step.middle, step.end - step.start);
             let point = ray.at(middle);
             let density = self.medium.density.as_ref().map_or(1.0, |density| density.at(point));
-            let (near, step_path) = ((-sigma_t * path).exp(), density * step.width);
+            let (near, step_path) = ((-sigma_t * path).exp(), density * width);
             path += step_path;
             if density == 0.0 {
                 continue;
@@ -198,7 +193,7 @@ impl BruteForce<'_> {
             // mean transmittance over the step
             let mean = near * DVec3::from(sigma_t.to_array().map(|s| media_math::phi(s * step_path)));
             let Some(id) = id else {
-                radiance += emission * density * step.width * mean;
+                radiance += emission * density * width * mean;
                 continue;
             };
             let visibility = f64::from(self.visibility(ray, middle, id));
@@ -206,8 +201,8 @@ impl BruteForce<'_> {
                 continue;
             }
             let arriving = match (light, self.model) {
-                (Light::Directional(light), _) => light.irradiance.as_dvec3() * step.width,
-                (_, AirlightModel::HoffmanPreetham) => piece.intensity_at(middle).as_dvec3() * step.width,
+                (Light::Directional(light), _) => light.irradiance.as_dvec3() * width,
+                (_, AirlightModel::HoffmanPreetham) => piece.intensity_at(middle).as_dvec3() * width,
                 // ∫ dx/d² over the step is an angle over h: it stays right next to the light
                 (_, AirlightModel::Sun) => piece.intensity_at(middle).as_dvec3() * piece.inverse_square(step),
             };
@@ -222,20 +217,13 @@ impl BruteForce<'_> {
     }
 }
 
-/// A step of a march.
+/// A step of a march; the last one of an infinite ray has no end.
 #[derive(Debug, Clone, Copy)]
 struct Step {
     start: f64,
-    end: f64,
-    /// Length of all steps but a last infinite one.
-    width: f64,
-}
-
-impl Step {
     /// Where visibility is asked.
-    fn middle(&self) -> f64 {
-        self.start + 0.5 * self.width
-    }
+    middle: f64,
+    end: f64,
 }
 
 /// One light as one ray sees it.
@@ -278,6 +266,35 @@ impl<'a> Piece<'a> {
             sun_phase,
             entry,
         }
+    }
+
+    /// `samples` steps over a span.
+    ///
+    /// Equal ones, as in the paper, where the span ends. Along an infinite ray, where there are none, steps of equal
+    /// angle at a local light, and of equal transmittance for a directional one: either way each holds a like share
+    /// of the airlight.
+    fn steps(&self, span: Interval, samples: u32) -> impl Iterator<Item = Step> + use<> {
+        let samples = if span.is_empty() { 0 } else { samples };
+        let (count, infinite) = (f64::from(samples), span.end.is_infinite());
+        let (x_foot, h) = (self.entry + f64::from(self.foot.x_foot), f64::from(self.foot.h));
+        let sigma_t = f64::from(self.coefficients.sigma_t().into_iter().fold(f32::INFINITY, f32::min));
+        let angle = ((span.start - x_foot) / h).atan();
+        let directional = matches!(self.light, Light::Directional(_));
+        let at = move |i: f64| {
+            let t = i / count;
+            if !infinite {
+                span.start + (span.end - span.start) * t
+            } else if directional {
+                span.start - (-t).ln_1p() / sigma_t
+            } else {
+                x_foot + h * (angle + (std::f64::consts::FRAC_PI_2 - angle) * t).tan()
+            }
+        };
+        (0..samples).map(move |i| {
+            let i = f64::from(i);
+            let end = if i + 1.0 == count { span.end } else { at(i + 1.0) };
+            Step { start: if i == 0.0 { span.start } else { at(i) }, middle: at(i + 0.5), end }
+        })
     }
 
     /// Airlight of a fully lit piece, times `factor`; for a spot `factor` is the intensity.
@@ -323,8 +340,8 @@ impl<'a> Piece<'a> {
     fn inverse_square(&self, step: Step) -> f64 {
         let h = f64::from(self.foot.h);
         let a = step.start - self.entry - f64::from(self.foot.x_foot);
-        let b = a + step.width;
-        (h * step.width).atan2(h * h + a * b) / h
+        let width = step.end - step.start;
+        (h * width).atan2(h * h + a * (a + width)) / h
     }
 }
 

@@ -1,252 +1,138 @@
-//! Typed reads from buffers. Everything is checked when an accessor is made, so that reading it cannot fail, and
-//! nothing is allocated by a count that the bytes behind it do not bear out.
+//! The crate's iterators over accessors, made from ranges that are known to be there.
+//!
+//! What the crate offers for this (`Primitive::reader`, `accessor::Iter::new`) computes ranges without regard to
+//! overflow or to the size of elements. Everything is checked when an iterator is made, so that reading it cannot
+//! fail, and nothing is allocated by a count that the bytes behind it do not bear out.
 
-use super::buffers::{Buffers, View};
-use super::document::{Document, List};
-use super::error::{ImportError, quoted};
-use super::json::Item;
+use super::buffers::{Buffers, place_of};
+use super::error::{ImportError, place};
+use gltf::Accessor;
+use gltf::accessor::sparse::IndexType;
+use gltf::accessor::util::{ItemIter, SparseIndicesIter, SparseIter};
+use gltf::accessor::{DataType, Dimensions, Item, Iter};
+use gltf::buffer::View;
+use gltf::mesh::util::{ReadIndices, ReadPositions};
 
 /// Positions: vectors of three `f32`.
-#[derive(Debug, Clone)]
-pub(super) struct Positions<'a>(Elements<'a>);
+pub(super) fn positions<'a>(
+    buffers: &'a Buffers<'_>,
+    accessor: &Accessor<'_>,
+) -> Result<ReadPositions<'a>, ImportError> {
+    check_shape(accessor, Dimensions::Vec3)?;
+    match accessor.data_type() {
+        DataType::F32 => items(buffers, accessor),
+        // for those who require KHR_mesh_quantization, which is refused
+        other => Err(error(accessor, format!("positions must be f32 (5126), got {}", other.as_gl_enum()))),
+    }
+}
 
 /// Indices: scalars of an unsigned type.
-#[derive(Debug, Clone)]
-pub(super) struct Indices<'a> {
-    elements: Elements<'a>,
-    kind: IndexType,
-}
-
-impl<'a> Positions<'a> {
-    /// Reads `item`, one of the document's accessors.
-    pub(super) fn new(
-        document: &Document<'_>,
-        buffers: &'a Buffers<'_>,
-        item: &Item<'_>,
-    ) -> Result<Self, ImportError> {
-        check_shape(item, "VEC3")?;
-        let component = item.need("componentType")?;
-        // other types are for those who require KHR_mesh_quantization, which is refused
-        match component.whole()? {
-            5126 => Elements::new(document, buffers, item, 12).map(Self),
-            other => Err(component.error(format!("positions must be f32 (5126), got {other}"))),
-        }
-    }
-
-    /// Number of positions.
-    pub(super) fn count(&self) -> usize {
-        self.0.count
-    }
-
-    /// One position.
-    pub(super) fn get(&self, index: usize) -> [f32; 3] {
-        let bytes = self.0.get(index);
-        [0, 4, 8].map(|at| f32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]]))
-    }
-}
-
-impl<'a> Indices<'a> {
-    /// Reads `item`, one of the document's accessors.
-    pub(super) fn new(
-        document: &Document<'_>,
-        buffers: &'a Buffers<'_>,
-        item: &Item<'_>,
-    ) -> Result<Self, ImportError> {
-        check_shape(item, "SCALAR")?;
-        let kind = IndexType::of(item)?;
-        Ok(Self { elements: Elements::new(document, buffers, item, kind.size())?, kind })
-    }
-
-    /// Number of indices.
-    pub(super) fn count(&self) -> usize {
-        self.elements.count
-    }
-
-    /// One index.
-    pub(super) fn get(&self, index: usize) -> u32 {
-        self.kind.value(self.elements.get(index))
-    }
-}
-
-fn check_shape(item: &Item<'_>, shape: &str) -> Result<(), ImportError> {
-    let kind = item.need("type")?;
-    if kind.text()? != shape {
-        return Err(kind.error(format!("must be {shape:?} here, got {}", quoted(kind.text()?))));
-    }
-    match item.get("normalized")? {
-        Some(normalized) if normalized.flag()? => {
-            Err(normalized.error("positions and indices cannot be normalised"))
-        }
-        _ => Ok(()),
-    }
-}
-
-/// Type of an index.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum IndexType {
-    U8,
-    U16,
-    U32,
-}
-
-impl IndexType {
-    /// The `componentType` of an accessor or of the sparse part of one.
-    fn of(item: &Item<'_>) -> Result<Self, ImportError> {
-        let component = item.need("componentType")?;
-        match component.whole()? {
-            5121 => Ok(Self::U8),
-            5123 => Ok(Self::U16),
-            5125 => Ok(Self::U32),
-            other => {
-                let types = "u8 (5121), u16 (5123) or u32 (5125)";
-                Err(component.error(format!("indices must be {types}, got {other}")))
-            }
-        }
-    }
-
-    fn size(self) -> usize {
-        match self {
-            Self::U8 => 1,
-            Self::U16 => 2,
-            Self::U32 => 4,
-        }
-    }
-
-    fn value(self, bytes: &[u8]) -> u32 {
-        match self {
-            Self::U8 => u32::from(bytes[0]),
-            Self::U16 => u32::from(u16::from_le_bytes([bytes[0], bytes[1]])),
-            Self::U32 => u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]),
+pub(super) fn indices<'a>(
+    buffers: &'a Buffers<'_>,
+    accessor: &Accessor<'_>,
+) -> Result<ReadIndices<'a>, ImportError> {
+    check_shape(accessor, Dimensions::Scalar)?;
+    match accessor.data_type() {
+        DataType::U8 => items(buffers, accessor).map(ReadIndices::U8),
+        DataType::U16 => items(buffers, accessor).map(ReadIndices::U16),
+        DataType::U32 => items(buffers, accessor).map(ReadIndices::U32),
+        other => {
+            let types = "u8 (5121), u16 (5123) or u32 (5125)";
+            Err(error(accessor, format!("indices must be {types}, got {}", other.as_gl_enum())))
         }
     }
 }
 
-/// The bytes of an accessor's elements.
-#[derive(Debug, Clone)]
-struct Elements<'a> {
+fn error(accessor: &Accessor<'_>, reason: String) -> ImportError {
+    ImportError::at(place("accessor", accessor.index(), accessor.name()), reason)
+}
+
+fn check_shape(accessor: &Accessor<'_>, wanted: Dimensions) -> Result<(), ImportError> {
+    if accessor.dimensions() != wanted {
+        return Err(error(accessor, format!("must be {wanted:?} here, got {:?}", accessor.dimensions())));
+    }
+    if accessor.normalized() {
+        return Err(error(accessor, "positions and indices cannot be normalised".into()));
+    }
+    Ok(())
+}
+
+fn items<'a, T: Item>(buffers: &'a Buffers<'_>, accessor: &Accessor<'_>) -> Result<Iter<'a, T>, ImportError> {
+    let place = place("accessor", accessor.index(), accessor.name());
+    let count = accessor.count();
+    if u32::try_from(count).is_err() {
+        return Err(error(accessor, format!("{count} elements are more than 32-bit indices reach")));
+    }
+    let base = accessor.view().map(|view| strided(buffers, &view, accessor.offset(), count, &place));
+    let base = base.transpose()?;
+    let Some(sparse) = accessor.sparse() else {
+        return base.map(Iter::Standard).ok_or_else(|| error(accessor, "has no bufferView".into()));
+    };
+    // zeros that no byte stands for; a limit of some kind keeps a tiny file from asking for gigabytes
+    if base.is_none() && count > buffers.total() {
+        let total = buffers.total();
+        let reason =
+            format!("{count} elements without a bufferView, but all buffers have {total} bytes only");
+        return Err(error(accessor, reason));
+    }
+    let (values, indices, changes) = (sparse.values(), sparse.indices(), sparse.count());
+    let values =
+        strided(buffers, &values.view(), values.offset(), changes, &format!("{place} sparse.values"))?;
+    let place = format!("{place} sparse.indices");
+    let (view, offset) = (indices.view(), indices.offset());
+    let indices = match indices.index_type() {
+        IndexType::U8 => SparseIndicesIter::U8(strided(buffers, &view, offset, changes, &place)?),
+        IndexType::U16 => SparseIndicesIter::U16(strided(buffers, &view, offset, changes, &place)?),
+        IndexType::U32 => SparseIndicesIter::U32(strided(buffers, &view, offset, changes, &place)?),
+    };
+    check_order(indices.clone(), count, &place)?;
+    Ok(Iter::Sparse(SparseIter::with_base_count(base, count, indices, values)))
+}
+
+/// Sparse indices must rise and mean elements that there are.
+fn check_order(indices: SparseIndicesIter<'_>, total: usize, place: &str) -> Result<(), ImportError> {
+    let mut last = None;
+    for index in indices {
+        if let Some(last) = last.filter(|&last| last >= index) {
+            return Err(ImportError::at(place, format!("must rise strictly, but {index} follows {last}")));
+        }
+        if index as usize >= total {
+            return Err(ImportError::at(
+                place,
+                format!("index {index} is out of range for {total} elements"),
+            ));
+        }
+        last = Some(index);
+    }
+    Ok(())
+}
+
+/// `count` elements from byte `offset` of a view on, for the accessor or the part of one called `place`.
+fn strided<'a, T: Item>(
+    buffers: &'a Buffers<'_>,
+    view: &View<'_>,
+    offset: usize,
     count: usize,
-    /// Without it all elements are 0, but for the overlay.
-    base: Option<Strided<'a>>,
-    overlay: Option<Overlay<'a>>,
-}
-
-impl<'a> Elements<'a> {
-    /// Elements of `size` bytes.
-    fn new(
-        document: &Document<'_>,
-        buffers: &'a Buffers<'_>,
-        item: &Item<'_>,
-        size: usize,
-    ) -> Result<Self, ImportError> {
-        let count = item.need("count")?.whole()?;
-        let has_view = item.get("bufferView")?.is_some();
-        let base = has_view.then(|| Strided::new(document, buffers, item, count, size)).transpose()?;
-        let sparse = item.get("sparse")?;
-        if base.is_none() {
-            if sparse.is_none() {
-                return Err(
-                    item.error("has neither a bufferView nor a sparse part, so there is nothing to read")
-                );
-            }
-            // zeros that no byte stands for; a limit of some kind keeps a tiny file from asking for gigabytes
-            let total = buffers.total();
-            if count > total as u64 {
-                let text =
-                    format!("{count} elements without a bufferView, but all buffers have {total} bytes only");
-                return Err(item.error(text));
-            }
-        }
-        let overlay =
-            sparse.map(|sparse| Overlay::new(document, buffers, &sparse, count, size)).transpose()?;
-        // in range, since no element is less than a byte of a buffer in memory
-        Ok(Self { count: count as usize, base, overlay })
+    place: &str,
+) -> Result<ItemIter<'a, T>, ImportError> {
+    let size = size_of::<T>();
+    let bytes = buffers.view(view)?;
+    let stride = view.stride().unwrap_or(size);
+    if stride < size {
+        let view = place_of(view);
+        let reason = format!("elements of {size} bytes overlap in {view}, its byteStride is {stride}");
+        return Err(ImportError::at(place, reason));
     }
-
-    fn get(&self, index: usize) -> &'a [u8] {
-        if let Some(overlay) = &self.overlay
-            && let Ok(at) = overlay.indices.binary_search(&(index as u64))
-        {
-            return overlay.values.get(at);
-        }
-        self.base.as_ref().map_or(&[0; 12], |base| base.get(index))
-    }
-}
-
-/// Elements that replace some of those that they lie over.
-#[derive(Debug, Clone)]
-struct Overlay<'a> {
-    /// Which elements are replaced, in rising order.
-    indices: Vec<u64>,
-    values: Strided<'a>,
-}
-
-impl<'a> Overlay<'a> {
-    /// Elements of `size` bytes over `total` others.
-    fn new(
-        document: &Document<'_>,
-        buffers: &'a Buffers<'_>,
-        sparse: &Item<'_>,
-        total: u64,
-        size: usize,
-    ) -> Result<Self, ImportError> {
-        let count = sparse.need("count")?.whole()?;
-        let values = Strided::new(document, buffers, &sparse.need("values")?, count, size)?;
-        let item = sparse.need("indices")?;
-        let kind = IndexType::of(&item)?;
-        let indices = Strided::new(document, buffers, &item, count, kind.size())?;
-        let indices: Vec<_> = (0..count as usize).map(|at| u64::from(kind.value(indices.get(at)))).collect();
-        if let Some(pair) = indices.windows(2).find(|pair| pair[0] >= pair[1]) {
-            return Err(item.error(format!("must rise strictly, but {} follows {}", pair[1], pair[0])));
-        }
-        if let Some(last) = indices.last().filter(|&&last| last >= total) {
-            return Err(item.error(format!("index {last} is out of range for {total} elements")));
-        }
-        Ok(Self { indices, values })
-    }
-}
-
-/// Elements at equal distances in a buffer.
-#[derive(Debug, Clone)]
-struct Strided<'a> {
-    bytes: &'a [u8],
-    stride: usize,
-    size: usize,
-}
-
-impl<'a> Strided<'a> {
-    /// `count` elements of `size` bytes, where the `bufferView` and `byteOffset` of `item` say.
-    fn new(
-        document: &Document<'_>,
-        buffers: &'a Buffers<'_>,
-        item: &Item<'_>,
-        count: u64,
-        size: usize,
-    ) -> Result<Self, ImportError> {
-        let (_, view) = document.refer(List::BufferViews, &item.need("bufferView")?)?;
-        let View { bytes, stride, place } = buffers.view(document, &view)?;
-        let offset = item.get("byteOffset")?.map_or(Ok(0), |offset| offset.whole())?;
-        let stride = stride.unwrap_or(size as u64);
-        if stride < size as u64 {
-            return Err(item
-                .error(format!("elements of {size} bytes overlap in {place}, its byteStride is {stride}")));
-        }
-        let end = match count {
-            0 => Some(0),
-            _ => {
-                (count - 1).checked_mul(stride).and_then(|n| n.checked_add(offset)?.checked_add(size as u64))
-            }
-        };
-        if end.is_none_or(|end| end > bytes.len() as u64) {
-            let text = format!("{count} elements of {size} bytes, {stride} apart, from byte {offset} on");
-            return Err(item.error(format!("{text} do not fit in {place}, which has {} bytes", bytes.len())));
-        }
-        // the end is in range of usize, so the offset of a first element is, and the stride to a second
-        let start = if count == 0 { bytes.len() } else { offset as usize };
-        let stride = if count > 1 { stride as usize } else { size };
-        Ok(Self { bytes: &bytes[start..], stride, size })
-    }
-
-    fn get(&self, index: usize) -> &'a [u8] {
-        &self.bytes[index * self.stride..][..self.size]
-    }
+    let length = match count {
+        0 => Some(0),
+        n => (n - 1).checked_mul(stride).and_then(|before| before.checked_add(size)),
+    };
+    length
+        .and_then(|length| bytes.get(offset..)?.get(..length))
+        .map(|bytes| ItemIter::new(bytes, stride))
+        .ok_or_else(|| {
+            let what = format!("{count} elements of {size} bytes, {stride} apart, from byte {offset} on");
+            let reason = format!("{what} do not fit in {}, which has {} bytes", place_of(view), bytes.len());
+            ImportError::at(place, reason)
+        })
 }

@@ -1,9 +1,9 @@
 //! Buffers and views of them.
 
-use super::document::{Document, List};
-use super::error::ImportError;
-use super::json::Item;
+use super::error::{ImportError, place};
 use super::uri;
+use gltf::Document;
+use gltf::buffer::{Buffer, Source, View};
 use std::borrow::Cow;
 use std::path::Path;
 
@@ -11,50 +11,26 @@ use std::path::Path;
 #[derive(Debug)]
 pub(super) struct Buffers<'a>(Vec<Cow<'a, [u8]>>);
 
-/// A part of a buffer.
-#[derive(Debug, Clone)]
-pub(super) struct View<'a> {
-    /// The bytes of the view.
-    pub(super) bytes: &'a [u8],
-    /// Distance from one element to the next, if the view states one; units: bytes.
-    pub(super) stride: Option<u64>,
-    /// What errors call the view.
-    pub(super) place: String,
-}
-
 impl<'a> Buffers<'a> {
     /// Collects the buffers; `bin` is the chunk of binary glTF, `base` the folder of relative URIs.
     pub(super) fn load(
-        document: &Document<'a>,
+        document: &Document,
         bin: Option<&'a [u8]>,
         base: Option<&Path>,
     ) -> Result<Self, ImportError> {
-        document
-            .all(List::Buffers)
-            .enumerate()
-            .map(|(i, item)| load(&item, bin.filter(|_| i == 0), base))
-            .collect::<Result<_, _>>()
-            .map(Self)
+        let load = |buffer: Buffer<'_>| load(&buffer, bin.filter(|_| buffer.index() == 0), base);
+        document.buffers().map(load).collect::<Result<_, _>>().map(Self)
     }
 
-    /// The part of a buffer that `view`, one of the document's views, means.
-    pub(super) fn view(&self, document: &Document<'_>, view: &Item<'_>) -> Result<View<'_>, ImportError> {
-        let (buffer, item) = document.refer(List::Buffers, &view.need("buffer")?)?;
-        let bytes = &self.0[buffer];
-        let length = view.need("byteLength")?.whole()?;
-        let start = view.get("byteOffset")?.map_or(Ok(0), |offset| offset.whole())?;
-        let range = start
-            .checked_add(length)
-            .and_then(|end| Some(usize::try_from(start).ok()?..usize::try_from(end).ok()?));
-        let bytes = range.and_then(|range| bytes.get(range)).ok_or_else(|| {
-            let place = item.place();
-            view.error(format!(
-                "{length} bytes from {start} on do not fit in {place}, which has {}",
-                bytes.len()
-            ))
-        })?;
-        let stride = view.get("byteStride")?.map(|stride| stride.whole()).transpose()?;
-        Ok(View { bytes, stride, place: view.place().into() })
+    /// The part of a buffer that `view` means.
+    pub(super) fn view(&self, view: &View<'_>) -> Result<&[u8], ImportError> {
+        let (buffer, start, length) = (view.buffer(), view.offset(), view.length());
+        let bytes = &self.0[buffer.index()];
+        start.checked_add(length).and_then(|end| bytes.get(start..end)).ok_or_else(|| {
+            let (buffer, total) = (place("buffer", buffer.index(), buffer.name()), bytes.len());
+            let reason = format!("{length} bytes from {start} on do not fit in {buffer}, which has {total}");
+            ImportError::at(place_of(view), reason)
+        })
     }
 
     /// Number of bytes in all buffers together.
@@ -63,24 +39,33 @@ impl<'a> Buffers<'a> {
     }
 }
 
+/// What errors call a view.
+pub(super) fn place_of(view: &View<'_>) -> String {
+    place("buffer view", view.index(), view.name())
+}
+
 fn load<'a>(
-    item: &Item<'a>,
+    buffer: &Buffer<'_>,
     bin: Option<&'a [u8]>,
     base: Option<&Path>,
 ) -> Result<Cow<'a, [u8]>, ImportError> {
-    let length = item.need("byteLength")?.whole()?;
-    let mut bytes = match (item.get("uri")?, bin) {
-        (Some(uri), _) => Cow::Owned(uri::read(&uri, base, length)?),
-        (None, Some(bin)) => Cow::Borrowed(bin),
-        (None, None) => return Err(item.error("has no uri, and the file has no binary chunk for it")),
+    let place = place("buffer", buffer.index(), buffer.name());
+    let length = buffer.length();
+    let mut bytes = match (buffer.source(), bin) {
+        (Source::Uri(uri), _) => Cow::Owned(uri::read(uri, &place, base, length as u64)?),
+        (Source::Bin, Some(bin)) => Cow::Borrowed(bin),
+        (Source::Bin, None) => {
+            return Err(ImportError::at(place, "has no uri, and the file has no binary chunk for it"));
+        }
     };
-    if (bytes.len() as u64) < length {
-        return Err(item.error(format!("should have {length} bytes, but only {} are there", bytes.len())));
+    if bytes.len() < length {
+        let reason = format!("should have {length} bytes, but only {} are there", bytes.len());
+        return Err(ImportError::at(place, reason));
     }
     // the binary chunk is padded, and a data URI may be longer than need be
     match &mut bytes {
-        Cow::Owned(bytes) => bytes.truncate(length as usize),
-        Cow::Borrowed(bytes) => *bytes = &bytes[..length as usize],
+        Cow::Owned(bytes) => bytes.truncate(length),
+        Cow::Borrowed(bytes) => *bytes = &bytes[..length],
     }
     Ok(bytes)
 }

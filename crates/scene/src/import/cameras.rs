@@ -1,42 +1,30 @@
 //! Cameras.
 
-use super::error::ImportError;
-use super::json::Item;
+use super::error::{ImportError, place};
 use super::nodes::Node;
 use super::notes::Notes;
 use crate::Camera;
 use glam::DVec3;
+use gltf::camera::Projection;
 
-/// What `camera`, one of the document's cameras, sees from `node`; none if it is orthographic.
+/// What `camera` sees from `node`; none if it is orthographic.
 pub(super) fn perspective(
     node: &Node<'_>,
-    camera: &Item<'_>,
+    camera: &gltf::Camera<'_>,
     notes: &mut Notes,
 ) -> Result<Option<Camera>, ImportError> {
-    let kind = camera.need("type")?;
-    match kind.text()? {
-        "perspective" => {}
-        "orthographic" => {
-            notes.add("orthographic cameras are skipped", camera.place());
-            return Ok(None);
-        }
-        other => {
-            let other = super::error::quoted(other);
-            return Err(kind.error(format!("must be \"perspective\" or \"orthographic\", got {other}")));
-        }
-    }
-    let yfov = camera.need("perspective")?.need("yfov")?;
-    let fov_y = yfov.single()? as f32;
-    if !(fov_y > 0.0 && fov_y < std::f32::consts::PI) {
-        return Err(yfov.error(format!("must lie between 0 and pi, got {fov_y}")));
-    }
-    let name = match node.item.get("name")? {
-        Some(name) => Some(name),
-        None => camera.get("name")?,
+    let place = place("camera", camera.index(), camera.name());
+    let Projection::Perspective(perspective) = camera.projection() else {
+        notes.add("orthographic cameras are skipped", &place);
+        return Ok(None);
     };
+    let fov_y = perspective.yfov();
+    if !(fov_y > 0.0 && fov_y < std::f32::consts::PI) {
+        return Err(ImportError::at(place, format!("yfov must lie between 0 and pi, got {fov_y}")));
+    }
     let frame = Frame::of(node)?;
     Ok(Some(Camera {
-        name: name.map(|name| name.text().map(str::to_owned)).transpose()?,
+        name: node.item.name().or(camera.name()).map(str::to_owned),
         position: frame.position.as_vec3(),
         // forward and up are kept in a mirrored node, and the picture is not mirrored
         right: frame.forward.cross(frame.up).as_vec3(),
@@ -66,7 +54,7 @@ impl Frame {
         let axes = world_from_node.matrix3;
         let position = world_from_node.translation;
         if !position.as_vec3().is_finite() {
-            return Err(node.item.error("its position is out of the range of 32-bit numbers"));
+            return Err(ImportError::at(node.place(), "its position is out of the range of 32-bit numbers"));
         }
         let forward = -axes.z_axis.normalize();
         // first to unit length: an axis of 1e200 has no squared length

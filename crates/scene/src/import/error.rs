@@ -31,7 +31,7 @@ pub enum ImportError {
     /// A glTF object holds something that makes no sense.
     #[error("{place}: {reason}")]
     Item {
-        /// The object and the way inside it, such as `scene 0 extras.medium.sigma_s[1]`.
+        /// The object or the way to it, such as `scene 0 extras.medium.sigma_s` or `nodes[3].mesh`.
         place: String,
         /// What is wrong there.
         reason: String,
@@ -42,6 +42,21 @@ pub enum ImportError {
     /// The scene has more triangles than a 32-bit index reaches.
     #[error("the scene has {0} triangles; at most 2^31 can be indexed")]
     TooManyTriangles(u64),
+}
+
+impl ImportError {
+    /// An error at `place`, which may hold names out of the file.
+    pub(super) fn at(place: impl Display, reason: impl Display) -> Self {
+        Self::Item { place: one_line(place), reason: one_line(reason) }
+    }
+}
+
+/// What errors and notes call an object of the document, such as `node 3 "lamp"`.
+pub(super) fn place(word: &str, index: usize, name: Option<&str>) -> String {
+    match name {
+        Some(name) => format!("{word} {index} {}", quoted(name)),
+        None => format!("{word} {index}"),
+    }
 }
 
 /// Text of a file or a library on one line and of bearable length, for use in an error.
@@ -75,10 +90,11 @@ mod tests {
     fn texts_stay_on_one_line() {
         let error = ImportError::InFile {
             path: "a\nb.glb".into(),
-            error: Box::new(ImportError::Item { place: "node 0".into(), reason: one_line("c\r\nd\n") }),
+            error: Box::new(ImportError::at("node 0", "c\r\nd\n")),
         };
         assert_eq!(error.to_string(), "a\\nb.glb: node 0: c\\r\\nd");
-        assert_eq!(quoted("lamp\n"), "\"lamp\\n\"");
+        assert_eq!(place("node", 3, None), "node 3");
+        assert_eq!(place("node", 3, Some("lamp\n")), "node 3 \"lamp\\n\"");
         assert_eq!(quoted(&"é".repeat(100)).chars().count(), 65);
     }
 }

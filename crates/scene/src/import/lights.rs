@@ -1,76 +1,66 @@
 //! Lights of `KHR_lights_punctual`.
 
 use super::cameras::Frame;
-use super::error::{ImportError, quoted};
-use super::json::Item;
+use super::error::{ImportError, place};
 use super::nodes::Node;
 use super::notes::Notes;
 use super::texture::Textures;
+use super::typed;
 use crate::{DirectionalLight, Light, PointLight, SpotLight};
 use glam::Vec3;
-use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
+use gltf::khr_lights_punctual::Kind;
 
-/// The light that `node` carries; `light` is one of the document's lights.
+/// The light that `node` carries, if there is one.
 ///
 /// Candela and lux are taken for W/sr and W/m², unscaled.
 pub(super) fn light(
     node: &Node<'_>,
-    light: &Item<'_>,
     textures: &mut Textures<'_>,
     notes: &mut Notes,
-) -> Result<Light, ImportError> {
+) -> Result<Option<Light>, ImportError> {
+    let texture = typed::extra(node.item.extras(), "light_texture", &node.place())?;
+    let Some(light) = node.item.light() else {
+        if texture.is_some() {
+            notes.add("extras.light_texture is ignored, the node has no light", &node.place());
+        }
+        return Ok(None);
+    };
+    let place = place("light", light.index(), light.name());
+    let power = power(&light).map_err(|reason| ImportError::at(&place, reason))?;
+    if light.range().is_some() {
+        notes.add("the light's range is ignored, it shines to infinity", &place);
+    }
+    let kind = light.kind();
+    if texture.is_some() && !matches!(kind, Kind::Spot { .. }) {
+        notes.add("extras.light_texture is ignored, the light is not a spot", &node.place());
+    }
     let frame = Frame::of(node)?;
-    let power = power(light)?;
-    if light.get("range")?.is_some() {
-        notes.add("the light's range is ignored, it shines to infinity", light.place());
-    }
     let (position, direction) = (frame.position.as_vec3(), frame.forward.as_vec3());
-    let kind = light.need("type")?;
-    let texture = node.item.extra("light_texture")?;
-    if texture.is_some() && kind.text()? != "spot" {
-        notes.add("extras.light_texture is ignored, the light is not a spot", node.item.place());
-    }
-    let made = match kind.text()? {
-        "point" => PointLight::new(position, power).map(Light::Point),
-        "directional" => DirectionalLight::new(direction, power).map(Light::Directional),
-        "spot" => {
-            let (inner, outer) = cone(light)?;
-            let texture = texture.map(|texture| textures.get(&texture)).transpose()?;
-            SpotLight::new(position, direction, inner, outer, power)
+    let made = match kind {
+        Kind::Point => PointLight::new(position, power).map(Light::Point),
+        Kind::Directional => DirectionalLight::new(direction, power).map(Light::Directional),
+        // glTF allows a half-angle of 90 degrees; the square that a light texture covers would be without end
+        Kind::Spot { inner_cone_angle, outer_cone_angle } => {
+            let texture = texture.map(|texture| textures.get(&texture, &node.place())).transpose()?;
+            SpotLight::new(position, direction, inner_cone_angle, outer_cone_angle, power)
                 .map(|spot| Light::Spot(SpotLight { right: frame.right.as_vec3(), texture, ..spot }))
         }
-        other => {
-            return Err(
-                kind.error(format!("must be \"point\", \"spot\" or \"directional\", got {}", quoted(other)))
-            );
-        }
     };
-    made.map_err(|error| light.error(error))
+    made.map(Some).map_err(|error| ImportError::at(place, error))
 }
 
 /// Intensity times colour.
-fn power(light: &Item<'_>) -> Result<Vec3, ImportError> {
-    let intensity = light.get("intensity")?.map_or(Ok(1.0), |item| item.amount())?;
-    let color = light.get("color")?.map_or(Ok([1.0; 3]), |item| item.tuple(Item::amount))?;
-    // in f64: colours are often a quotient that shall give a round number again
-    let power = color.map(|channel| (intensity * channel) as f32);
-    if power.iter().all(|channel| channel.is_finite()) {
-        Ok(power.into())
+fn power(light: &gltf::khr_lights_punctual::Light<'_>) -> Result<Vec3, String> {
+    let (intensity, color) = (light.intensity(), Vec3::from_array(light.color()));
+    if !(intensity >= 0.0 && intensity.is_finite() && color.min_element() >= 0.0 && color.is_finite()) {
+        return Err(format!(
+            "intensity and color must be finite and at least 0, got {intensity} and {color}"
+        ));
+    }
+    let power = intensity * color;
+    if power.is_finite() {
+        Ok(power)
     } else {
-        Err(light.error("intensity times color is out of the range of 32-bit numbers"))
+        Err("intensity times color is out of the range of 32-bit numbers".into())
     }
-}
-
-/// Inner and outer half-angle; units: rad.
-fn cone(light: &Item<'_>) -> Result<(f32, f32), ImportError> {
-    let Some(spot) = light.get("spot")? else { return Ok((0.0, FRAC_PI_4 as f32)) };
-    let inner = spot.get("innerConeAngle")?.map_or(Ok(0.0), |item| item.amount())?;
-    let outer = spot.get("outerConeAngle")?.map_or(Ok(FRAC_PI_4), |item| item.amount())?;
-    // glTF allows a half-angle of 90 degrees; the square that a light texture covers would be without end
-    if inner > outer || outer >= FRAC_PI_2 || outer as f32 >= std::f32::consts::FRAC_PI_2 {
-        return Err(spot.error(format!(
-            "must satisfy innerConeAngle <= outerConeAngle < pi/2 (90 degrees), got {inner} and {outer}"
-        )));
-    }
-    Ok((inner as f32, outer as f32))
 }

@@ -8,109 +8,152 @@
 //! Phase types are `isotropic`, `rayleigh`, `hg` and `rayleigh-mie`, the last with `g` and `fraction`, Rayleigh's
 //! share of `sigma_s`. A density of type `grid` has `size`, `bounds` and `buffer_view`. Only `sigma_s` must be there.
 
-use super::buffers::Buffers;
-use super::document::{Document, List};
-use super::error::{ImportError, quoted};
-use super::json::Item;
+use super::buffers::{Buffers, place_of};
+use super::error::{ImportError, place};
+use super::typed;
 use crate::{Aabb, Density, DensityGrid, Medium, RgbMedium};
-use media_math::{Lobe, PhaseFunction};
+use gltf::Document;
+use media_math::{Lobe, MediumError, PhaseFunction};
+use serde::Deserialize;
 
-/// Reads `extras.medium`.
+#[derive(Deserialize)]
+struct MediumItem {
+    sigma_s: Channels,
+    #[serde(default)]
+    sigma_a: Channels,
+    #[serde(default)]
+    phase: PhaseItem,
+    bounds: Option<BoundsItem>,
+    density: Option<DensityItem>,
+    #[serde(default)]
+    emission: Channels,
+}
+
+/// Three channels, or one number for all three.
+#[derive(Deserialize, Clone, Copy)]
+#[serde(untagged, expecting = "must be a number or an array of three numbers")]
+enum Channels {
+    Same(f32),
+    Each([f32; 3]),
+}
+
+#[derive(Deserialize, Default)]
+#[serde(tag = "type", rename_all = "kebab-case")]
+enum PhaseItem {
+    #[default]
+    Isotropic,
+    Rayleigh,
+    Hg {
+        g: f32,
+    },
+    RayleighMie {
+        g: f32,
+        fraction: f32,
+    },
+}
+
+#[derive(Deserialize)]
+struct BoundsItem {
+    min: [f32; 3],
+    max: [f32; 3],
+}
+
+#[derive(Deserialize)]
+#[serde(tag = "type", rename_all = "lowercase")]
+enum DensityItem {
+    Height { y0: f32, scale: f32 },
+    Grid { size: [u32; 3], bounds: BoundsItem, buffer_view: usize },
+}
+
+/// The medium of `scene`, if it has one.
 pub(super) fn medium(
-    document: &Document<'_>,
+    document: &Document,
     buffers: &Buffers<'_>,
-    item: &Item<'_>,
-) -> Result<Medium, ImportError> {
-    let channels = |key: &str| item.get(key)?.map_or(Ok([0.0; 3]), |item| item.channels());
-    let coefficients = RgbMedium::new(item.need("sigma_s")?.channels()?, channels("sigma_a")?);
-    Ok(Medium {
-        coefficients: coefficients.map_err(|error| item.error(error))?,
-        phase: item.get("phase")?.map_or(Ok(PhaseFunction::ISOTROPIC), |item| phase(&item))?,
-        bounds: item.get("bounds")?.map(|item| bounds(&item)).transpose()?,
-        density: item.get("density")?.map(|item| density(document, buffers, &item)).transpose()?,
-        emission: channels("emission")?,
-    })
+    scene: &gltf::Scene<'_>,
+) -> Result<Option<Medium>, ImportError> {
+    let place = place("scene", scene.index(), scene.name());
+    let Some(item) = typed::extra::<MediumItem>(scene.extras(), "medium", &place)? else { return Ok(None) };
+    let place = format!("{place} extras.medium");
+    let field = |name: &str| format!("{place}.{name}");
+    let emission = item.emission.rgb();
+    if !emission.iter().all(|&channel| channel >= 0.0 && channel.is_finite()) {
+        let reason = format!("must be finite and at least 0, got {emission:?}");
+        return Err(ImportError::at(field("emission"), reason));
+    }
+    let coefficients = RgbMedium::new(item.sigma_s.rgb(), item.sigma_a.rgb());
+    Ok(Some(Medium {
+        coefficients: coefficients.map_err(|error| ImportError::at(&place, error))?,
+        phase: item.phase.read().map_err(|error| ImportError::at(field("phase"), error))?,
+        bounds: item.bounds.map(|bounds| bounds.read(&field("bounds"))).transpose()?,
+        density: item
+            .density
+            .map(|density| density.read(document, buffers, &field("density")))
+            .transpose()?,
+        emission,
+    }))
 }
 
-fn phase(item: &Item<'_>) -> Result<PhaseFunction<f32>, ImportError> {
-    let g = || {
-        let g = item.need("g")?;
-        let value = g.single()? as f32;
-        // as f32, in which 0.99999999 is 1
-        if value.abs() < 1.0 {
-            Ok(value)
-        } else {
-            Err(g.error(format!("must lie strictly between -1 and 1, got {}", g.number()?)))
+impl Default for Channels {
+    fn default() -> Self {
+        Self::Same(0.0)
+    }
+}
+
+impl Channels {
+    fn rgb(self) -> [f32; 3] {
+        match self {
+            Self::Same(value) => [value; 3],
+            Self::Each(values) => values,
         }
-    };
-    let kind = item.need("type")?;
-    let phase = match kind.text()? {
-        "isotropic" => Ok(PhaseFunction::ISOTROPIC),
-        "rayleigh" => PhaseFunction::single(Lobe::Rayleigh),
-        "hg" => PhaseFunction::henyey_greenstein(g()?),
-        "rayleigh-mie" => {
-            let fraction = item.need("fraction")?;
-            let value = fraction.single()?;
-            if !(0.0..=1.0).contains(&value) {
-                return Err(fraction.error(format!("must lie between 0 and 1, got {value}")));
+    }
+}
+
+impl PhaseItem {
+    fn read(self) -> Result<PhaseFunction<f32>, MediumError> {
+        match self {
+            Self::Isotropic => Ok(PhaseFunction::ISOTROPIC),
+            Self::Rayleigh => PhaseFunction::single(Lobe::Rayleigh),
+            Self::Hg { g } => PhaseFunction::henyey_greenstein(g),
+            Self::RayleighMie { g, fraction } => PhaseFunction::rayleigh_mie(g, fraction),
+        }
+    }
+}
+
+impl BoundsItem {
+    fn read(self, place: &str) -> Result<Aabb, ImportError> {
+        let Self { min, max } = self;
+        for (axis, (min, max)) in min.into_iter().zip(max).enumerate() {
+            if !(min < max && min.is_finite() && max.is_finite()) {
+                let reason = format!("min[{axis}] must be less than max[{axis}], got {min} and {max}");
+                return Err(ImportError::at(place, reason));
             }
-            PhaseFunction::rayleigh_mie(g()?, value as f32)
         }
-        other => {
-            let other = quoted(other);
-            return Err(kind.error(format!(
-                "must be \"isotropic\", \"rayleigh\", \"hg\" or \"rayleigh-mie\", got {other}"
-            )));
-        }
-    };
-    phase.map_err(|error| item.error(error))
-}
-
-fn bounds(item: &Item<'_>) -> Result<Aabb, ImportError> {
-    let (min, max) = (item.need("min")?.point()?, item.need("max")?.point()?);
-    for axis in 0..3 {
-        if min[axis] >= max[axis] {
-            return Err(item.error(format!(
-                "min[{axis}] must be less than max[{axis}], got {} and {}",
-                min[axis], max[axis]
-            )));
-        }
-    }
-    Ok(Aabb { min: min.into(), max: max.into() })
-}
-
-fn density(document: &Document<'_>, buffers: &Buffers<'_>, item: &Item<'_>) -> Result<Density, ImportError> {
-    let kind = item.need("type")?;
-    match kind.text()? {
-        "height" => {
-            let (y0, scale) = (item.need("y0")?.single()? as f32, item.need("scale")?.single()? as f32);
-            Density::height(y0, scale).map_err(|error| item.error(error))
-        }
-        "grid" => grid(document, buffers, item),
-        other => Err(kind.error(format!("must be \"height\" or \"grid\", got {}", quoted(other)))),
+        Ok(Aabb { min: min.into(), max: max.into() })
     }
 }
 
-fn grid(document: &Document<'_>, buffers: &Buffers<'_>, item: &Item<'_>) -> Result<Density, ImportError> {
-    let side = |item: &Item<'_>| match item.whole()? {
-        0 => Err(item.error("must be at least 1")),
-        n => u32::try_from(n).map_err(|_| item.error(format!("is out of range: {n}"))),
-    };
-    let size: [u32; 3] = item.need("size")?.tuple(side)?;
-    let reference = item.need("buffer_view")?;
-    let (_, view) = document.refer(List::BufferViews, &reference)?;
-    let view = buffers.view(document, &view)?;
-    // u128 holds the product of three u32 and a 4
-    let wanted = size.iter().map(|&n| u128::from(n)).product::<u128>() * 4;
-    if wanted != view.bytes.len() as u128 {
-        let (place, length) = (&view.place, view.bytes.len());
-        return Err(
-            reference.error(format!("a grid of {size:?} f32 takes {wanted} bytes, {place} has {length}"))
-        );
+impl DensityItem {
+    fn read(self, document: &Document, buffers: &Buffers<'_>, place: &str) -> Result<Density, ImportError> {
+        let error = |reason: String| ImportError::at(place, reason);
+        match self {
+            Self::Height { y0, scale } => Density::height(y0, scale).map_err(|e| error(e.to_string())),
+            Self::Grid { size, bounds, buffer_view } => {
+                let view = document.views().nth(buffer_view);
+                let view = view.ok_or_else(|| error(format!("there is no buffer view {buffer_view}")))?;
+                let bytes = buffers.view(&view)?;
+                // u128 holds the product of three u32 and a 4; before anything is allocated
+                let wanted = size.iter().map(|&n| u128::from(n)).product::<u128>() * 4;
+                if wanted != bytes.len() as u128 {
+                    let (view, length) = (place_of(&view), bytes.len());
+                    return Err(error(format!(
+                        "a grid of {size:?} f32 takes {wanted} bytes, {view} has {length}"
+                    )));
+                }
+                let value = |bytes: &[u8]| f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
+                let values = bytes.chunks_exact(4).map(value).collect();
+                let grid = DensityGrid::new(size, bounds.read(&format!("{place}.bounds"))?, values);
+                grid.map(Density::Grid).map_err(|e| error(e.to_string()))
+            }
+        }
     }
-    let value = |bytes: &[u8]| f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
-    let values = view.bytes.chunks_exact(4).map(value).collect();
-    DensityGrid::new(size, bounds(&item.need("bounds")?)?, values)
-        .map(Density::Grid)
-        .map_err(|error| item.error(error))
 }

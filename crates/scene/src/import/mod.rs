@@ -6,7 +6,8 @@
 //!
 //! Files come from anywhere, so nothing in them is believed: every count is held against the bytes that bear it before
 //! anything is allocated, every reference is followed with a check, hierarchies are walked without recursion. What does
-//! not make sense is an [`ImportError`] that names the object at fault.
+//! not make sense is an [`ImportError`] that names the object at fault. The format itself, from the container to the
+//! numbers in buffers, is the work of the crate `gltf`; the modules here keep it to what it can be relied upon for.
 
 mod accessor;
 mod buffers;
@@ -14,22 +15,25 @@ mod cameras;
 mod container;
 mod document;
 mod error;
-mod json;
 mod lights;
+mod materials;
 mod medium;
+mod mend;
 mod mesh;
 mod nodes;
 mod notes;
 mod texture;
+mod typed;
 mod uri;
+mod validate;
 
 pub use error::ImportError;
 pub use texture::ColorSpace;
 
 use crate::{LightTexture, Material, Scene, TextureFilter};
 use buffers::Buffers;
-use document::{Document, List};
-use json::Item;
+use error::place;
+use gltf::Document;
 use nodes::Node;
 use notes::Notes;
 use std::path::Path;
@@ -59,29 +63,24 @@ pub fn load_gltf(path: &Path) -> Result<Scene, ImportError> {
 /// # Errors
 /// [`ImportError`] if the bytes or what they refer to make no sense.
 pub fn load_gltf_bytes(bytes: &[u8], base: Option<&Path>) -> Result<Scene, ImportError> {
-    let container = container::open(bytes)?;
+    let (text, bin) = container::split(bytes)?;
     let mut notes = Notes::default();
-    let document = Document::new(&container.json, &mut notes)?;
-    let buffers = Buffers::load(&document, container.bin, base)?;
-    let scene_item = default_scene(&document, &mut notes)?;
+    let document = document::parse(&text, &mut notes)?;
+    let buffers = Buffers::load(&document, bin.as_deref(), base)?;
+    let scene_item = default_scene(&document, &mut notes);
     let nodes = nodes::collect(&document, scene_item.as_ref())?;
 
-    let mut scene = Scene { materials: materials(&document, &mut notes)?, ..Scene::default() };
+    let mut scene = Scene { materials: materials::materials(&document, &mut notes)?, ..Scene::default() };
     place_meshes(&mut scene, &document, &buffers, &nodes, &mut notes)?;
     let mut textures = Textures::new(&document, &buffers, base);
     for node in &nodes {
-        if let Some((_, camera)) = document.follow(List::Cameras, &node.item, "camera")? {
+        if let Some(camera) = node.item.camera() {
             scene.cameras.extend(cameras::perspective(node, &camera, &mut notes)?);
         }
-        if let Some(extension) = node.item.path(&["extensions", "KHR_lights_punctual"])? {
-            let (_, light) = document.refer(List::Lights, &extension.need("light")?)?;
-            scene.lights.push(lights::light(node, &light, &mut textures, &mut notes)?);
-        } else if node.item.extra("light_texture")?.is_some() {
-            notes.add("extras.light_texture is ignored, the node has no light", node.item.place());
-        }
+        scene.lights.extend(lights::light(node, &mut textures, &mut notes)?);
     }
-    if let Some(item) = scene_item.map_or(Ok(None), |scene| scene.extra("medium"))? {
-        scene.medium = Some(medium::medium(&document, &buffers, &item)?);
+    if let Some(item) = &scene_item {
+        scene.medium = medium::medium(&document, &buffers, item)?;
     }
     scene.notes = notes.into_sentences();
     Ok(scene)
@@ -106,70 +105,34 @@ fn in_file(path: &Path, error: ImportError) -> ImportError {
 }
 
 /// The scene that the document names, or its first; none if it has no scenes.
-fn default_scene<'a>(document: &Document<'a>, notes: &mut Notes) -> Result<Option<Item<'a>>, ImportError> {
-    let scene = match document.follow(List::Scenes, document.root(), "scene")? {
-        Some((_, scene)) => Some(scene),
-        None => document.all(List::Scenes).next(),
-    };
-    if document.len(List::Scenes) > 1
-        && let Some(scene) = &scene
-    {
-        notes.add("is the only scene that is read", scene.place());
+fn default_scene<'a>(document: &'a Document, notes: &mut Notes) -> Option<gltf::Scene<'a>> {
+    let scene = document.default_scene().or_else(|| document.scenes().next())?;
+    if document.scenes().len() > 1 {
+        notes.add("is the only scene that is read", &place("scene", scene.index(), scene.name()));
     }
-    Ok(scene)
-}
-
-/// All materials of the document, in its order.
-fn materials(document: &Document<'_>, notes: &mut Notes) -> Result<Vec<Material>, ImportError> {
-    let material = |item: Item<'_>| {
-        let mut base_color = [1.0; 3];
-        if let Some(factor) = item.path(&["pbrMetallicRoughness", "baseColorFactor"])? {
-            let fraction = |item: &Item<'_>| match item.amount()? {
-                value if value <= 1.0 => Ok(value),
-                value => Err(item.error(format!("must lie between 0 and 1, got {value}"))),
-            };
-            let [r, g, b, _]: [f64; 4] = factor.tuple(fraction)?;
-            base_color = [r, g, b].map(|channel| channel as f32);
-        }
-        if item.path(&["pbrMetallicRoughness", "baseColorTexture"])?.is_some() {
-            notes.add(
-                "base colour textures are ignored, surfaces have their base colour factor",
-                item.place(),
-            );
-        }
-        if item.path(&["extensions", "KHR_materials_pbrSpecularGlossiness"])?.is_some() {
-            notes.add("specular-glossiness colours are ignored", item.place());
-        }
-        if let Some(mode) = item.get("alphaMode")?
-            && mode.text()? != "OPAQUE"
-        {
-            notes.add("is taken for opaque", item.place());
-        }
-        let name = item.get("name")?.map_or(Ok(""), |name| name.text())?;
-        Ok(Material { name: name.into(), base_color })
-    };
-    document.all(List::Materials).map(material).collect()
+    Some(scene)
 }
 
 /// One mesh for each primitive of each node that has one.
 fn place_meshes(
     scene: &mut Scene,
-    document: &Document<'_>,
+    document: &Document,
     buffers: &Buffers<'_>,
     nodes: &[Node<'_>],
     notes: &mut Notes,
 ) -> Result<(), ImportError> {
     // what no node shows is not read, and what many show is looked up once
-    let mut known = vec![None; document.len(List::Meshes)];
+    let mut known = vec![None; document.meshes().len()];
     let mut instances = Vec::new();
     let mut triangles = 0_u64;
     for node in nodes {
-        let Some((index, item)) = document.follow(List::Meshes, &node.item, "mesh")? else { continue };
+        let Some(item) = node.item.mesh() else { continue };
+        let index = item.index();
         if known[index].is_none() {
-            known[index] = Some(mesh::primitives(document, buffers, &item, notes)?);
+            known[index] = Some(mesh::primitives(buffers, &item, notes)?);
         }
-        if node.item.get("skin")?.is_some() {
-            notes.add("its skin is ignored, the mesh keeps its rest pose", node.item.place());
+        if node.item.skin().is_some() {
+            notes.add("its skin is ignored, the mesh keeps its rest pose", &node.place());
         }
         let primitives = known[index].iter().flatten();
         triangles = primitives.fold(triangles, |sum, p| sum.saturating_add(p.triangle_count() as u64));
@@ -189,8 +152,8 @@ fn place_meshes(
 }
 
 /// The material of primitives that name none: glTF's default is white. It comes after those of the document.
-fn default_material(scene: &mut Scene, document: &Document<'_>) -> usize {
-    let index = document.len(List::Materials);
+fn default_material(scene: &mut Scene, document: &Document) -> usize {
+    let index = document.materials().len();
     if scene.materials.len() == index {
         scene.materials.push(Material { name: String::new(), base_color: [1.0; 3] });
     }

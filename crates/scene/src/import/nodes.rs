@@ -1,141 +1,128 @@
 //! The node hierarchy: which nodes the scene holds, and where each of them stands in the world.
 
-use super::document::{Document, List};
-use super::error::ImportError;
-use super::json::Item;
-use glam::{DAffine3, DMat3, DQuat, DVec3};
+use super::error::{ImportError, place};
+use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3, Mat4, Quat, Vec3};
+use gltf::Document;
+use gltf::scene::Transform;
 
 /// A node of the scene.
 #[derive(Debug, Clone)]
 pub(super) struct Node<'a> {
     /// The node in the document.
-    pub(super) item: Item<'a>,
+    pub(super) item: gltf::Node<'a>,
     /// From the node's space to the world's.
     pub(super) world_from_node: DAffine3,
+}
+
+impl Node<'_> {
+    /// What errors call it.
+    pub(super) fn place(&self) -> String {
+        place_of(&self.item)
+    }
+}
+
+fn place_of(node: &gltf::Node<'_>) -> String {
+    place("node", node.index(), node.name())
 }
 
 /// The nodes of `scene`, or all of the document without one; each parent before its children.
 ///
 /// No recursion: the hierarchy may be as deep as the file is long.
 pub(super) fn collect<'a>(
-    document: &Document<'a>,
-    scene: Option<&Item<'a>>,
+    document: &'a Document,
+    scene: Option<&gltf::Scene<'a>>,
 ) -> Result<Vec<Node<'a>>, ImportError> {
-    let hierarchy = Hierarchy::new(document)?;
-    let roots = match scene {
-        Some(scene) => hierarchy.scene_roots(document, scene)?,
-        None => hierarchy.roots().collect(),
-    };
-    let mut nodes = Vec::new();
+    let parents = parents(document)?;
+    let mut pending: Vec<_> = match scene {
+        Some(scene) => scene_roots(scene, &parents)?,
+        None => document.nodes().filter(|node| parents[node.index()].is_none()).collect(),
+    }
+    .into_iter()
+    .map(|root| (root, DAffine3::IDENTITY))
+    .collect();
     // popped from the end, so that nodes come out in the order of the file
-    let mut pending: Vec<_> = roots.into_iter().rev().map(|root| (root, DAffine3::IDENTITY)).collect();
-    while let Some((index, world_from_parent)) = pending.pop() {
-        let item = hierarchy.items[index].clone();
+    pending.reverse();
+    let mut nodes = Vec::new();
+    while let Some((item, world_from_parent)) = pending.pop() {
         let world_from_node = world_from_parent * local_transform(&item)?;
         if !is_invertible(&world_from_node) {
-            return Err(
-                item.error("its transform, with those of its parents, is not finite or not invertible")
-            );
+            let reason = "its transform, with those of its parents, is not finite or not invertible";
+            return Err(ImportError::at(place_of(&item), reason));
         }
-        pending.extend(hierarchy.children[index].iter().rev().map(|&child| (child, world_from_node)));
+        let first = pending.len();
+        pending.extend(item.children().map(|child| (child, world_from_node)));
+        pending[first..].reverse();
         nodes.push(Node { item, world_from_node });
     }
     Ok(nodes)
 }
 
-struct Hierarchy<'a> {
-    items: Vec<Item<'a>>,
-    children: Vec<Vec<usize>>,
-    parents: Vec<Option<usize>>,
-}
-
-impl<'a> Hierarchy<'a> {
-    /// Checks that the nodes are a set of trees.
-    fn new(document: &Document<'a>) -> Result<Self, ImportError> {
-        let items: Vec<_> = document.all(List::Nodes).collect();
-        let mut parents = vec![None; items.len()];
-        let mut children = vec![Vec::new(); items.len()];
-        for (index, item) in items.iter().enumerate() {
-            let Some(list) = item.get("children")? else { continue };
-            for reference in list.elements()? {
-                let (child, _) = document.refer(List::Nodes, &reference)?;
-                if let Some(parent) = parents[child].replace(index) {
-                    let (child, parent) = (items[child].place(), items[parent].place());
-                    return Err(reference.error(format!("{child} is already a child of {parent}")));
-                }
-                children[index].push(child);
+/// The parent of each node, if it has one; the nodes must be a set of trees.
+fn parents<'a>(document: &'a Document) -> Result<Vec<Option<gltf::Node<'a>>>, ImportError> {
+    let mut parents = vec![None; document.nodes().len()];
+    for node in document.nodes() {
+        for child in node.children() {
+            if let Some(other) = parents[child.index()].replace(node.clone()) {
+                let reason = format!("{} is already a child of {}", place_of(&child), place_of(&other));
+                return Err(ImportError::at(place_of(&node), reason));
             }
         }
-        let hierarchy = Self { items, children, parents };
-        hierarchy.refuse_cycles()?;
-        Ok(hierarchy)
     }
-
-    fn roots(&self) -> impl Iterator<Item = usize> {
-        self.parents.iter().enumerate().filter(|(_, parent)| parent.is_none()).map(|(index, _)| index)
+    // with at most one parent a node, what cannot be reached from a root is a cycle or hangs on one
+    let mut reached = vec![false; parents.len()];
+    let mut pending: Vec<_> = document.nodes().filter(|node| parents[node.index()].is_none()).collect();
+    while let Some(node) = pending.pop() {
+        reached[node.index()] = true;
+        pending.extend(node.children());
     }
-
-    /// With at most one parent a node, what cannot be reached from a root is a cycle or hangs on one.
-    fn refuse_cycles(&self) -> Result<(), ImportError> {
-        let mut reached = vec![false; self.items.len()];
-        let mut pending: Vec<_> = self.roots().collect();
-        while let Some(index) = pending.pop() {
-            reached[index] = true;
-            pending.extend(&self.children[index]);
-        }
-        match reached.iter().position(|&reached| !reached) {
-            Some(index) => Err(self.items[index].error("is its own ancestor, or hangs on such a node")),
-            None => Ok(()),
-        }
-    }
-
-    fn scene_roots(&self, document: &Document<'a>, scene: &Item<'a>) -> Result<Vec<usize>, ImportError> {
-        let Some(list) = scene.get("nodes")? else { return Ok(Vec::new()) };
-        let mut roots = Vec::new();
-        let mut taken = vec![false; self.items.len()];
-        for reference in list.elements()? {
-            let (root, item) = document.refer(List::Nodes, &reference)?;
-            if let Some(parent) = self.parents[root] {
-                let (node, parent) = (item.place(), self.items[parent].place());
-                return Err(reference.error(format!("{node} is not a root, but a child of {parent}")));
-            }
-            if std::mem::replace(&mut taken[root], true) {
-                return Err(reference.error(format!("{} is listed twice", item.place())));
-            }
-            roots.push(root);
-        }
-        Ok(roots)
+    match document.nodes().find(|node| !reached[node.index()]) {
+        Some(node) => Err(ImportError::at(place_of(&node), "is its own ancestor, or hangs on such a node")),
+        None => Ok(parents),
     }
 }
 
-/// The node's own transform, from `matrix` or from `translation`, `rotation` and `scale`.
-fn local_transform(node: &Item<'_>) -> Result<DAffine3, ImportError> {
-    if let Some(item) = node.get("matrix")? {
-        let m: [f64; 16] = item.tuple(Item::number)?;
-        // writers round; anything more is a projection
-        if [m[3], m[7], m[11], m[15] - 1.0].iter().any(|entry| entry.abs() > 1e-5) {
-            return Err(item.error("its last row must be 0, 0, 0, 1"));
+fn scene_roots<'a>(
+    scene: &gltf::Scene<'a>,
+    parents: &[Option<gltf::Node<'a>>],
+) -> Result<Vec<gltf::Node<'a>>, ImportError> {
+    let error = |reason| Err(ImportError::at(place("scene", scene.index(), scene.name()), reason));
+    let mut taken = vec![false; parents.len()];
+    for root in scene.nodes() {
+        if let Some(parent) = &parents[root.index()] {
+            return error(format!("{} is not a root, but a child of {}", place_of(&root), place_of(parent)));
         }
-        let column = |at: usize| DVec3::new(m[at], m[at + 1], m[at + 2]);
-        return Ok(DAffine3::from_cols(column(0), column(4), column(8), column(12)));
+        if std::mem::replace(&mut taken[root.index()], true) {
+            return error(format!("{} is listed twice", place_of(&root)));
+        }
     }
-    let vector = |key: &str, default: DVec3| {
-        node.get(key)?.map_or(Ok(default), |item| item.tuple(Item::number).map(DVec3::from_array))
-    };
-    let rotation = match node.get("rotation")? {
-        Some(item) => {
-            let q = DQuat::from_array(item.tuple(Item::number)?);
-            let length = q.length();
-            if !(length.is_normal()) {
-                return Err(item.error("must be a unit quaternion, got one of no length"));
+    Ok(scene.nodes().collect())
+}
+
+/// The node's own transform.
+///
+/// In f64 from here on; the crate's `Transform::matrix` computes in f32.
+fn local_transform(node: &gltf::Node<'_>) -> Result<DAffine3, ImportError> {
+    match node.transform() {
+        Transform::Matrix { matrix } => {
+            let matrix: DMat4 = Mat4::from_cols_array_2d(&matrix).as_dmat4();
+            // writers round; anything more is a projection
+            if (matrix.row(3) - DVec3::ZERO.extend(1.0)).abs().max_element() > 1e-5 {
+                return Err(ImportError::at(place_of(node), "the last row of its matrix must be 0, 0, 0, 1"));
             }
-            // written with the digits of an f32 or fewer
-            q / length
+            Ok(DAffine3::from_mat4(matrix))
         }
-        None => DQuat::IDENTITY,
-    };
-    let (translation, scale) = (vector("translation", DVec3::ZERO)?, vector("scale", DVec3::ONE)?);
-    Ok(DAffine3::from_scale_rotation_translation(scale, rotation, translation))
+        Transform::Decomposed { translation, rotation, scale } => {
+            let rotation: DQuat = Quat::from_array(rotation).as_dquat();
+            let length = rotation.length();
+            if !length.is_normal() {
+                let reason = format!("its rotation must be a unit quaternion, got one of length {length}");
+                return Err(ImportError::at(place_of(node), reason));
+            }
+            let [translation, scale] = [translation, scale].map(|v| Vec3::from_array(v).as_dvec3());
+            // written with the digits of an f32 or fewer, so the length is not quite 1
+            Ok(DAffine3::from_scale_rotation_translation(scale, rotation / length, translation))
+        }
+    }
 }
 
 /// Whether the transform is finite and keeps all three dimensions.
@@ -148,17 +135,15 @@ fn is_invertible(transform: &DAffine3) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::super::notes::Notes;
+    use super::super::{document, notes::Notes};
     use super::*;
-    use serde_json::Value;
 
     fn nodes(text: &str) -> Result<Vec<(String, DAffine3)>, String> {
-        let json: Value =
-            serde_json::from_str(&format!(r#"{{"asset": {{"version": "2.0"}}, {text}}}"#)).unwrap();
-        let document = Document::new(&json, &mut Notes::default()).unwrap();
-        let scene = document.follow(List::Scenes, document.root(), "scene").unwrap().map(|(_, scene)| scene);
-        let collected = collect(&document, scene.as_ref()).map_err(|error| error.to_string())?;
-        Ok(collected.into_iter().map(|node| (node.item.place().to_owned(), node.world_from_node)).collect())
+        let text = format!(r#"{{"asset": {{"version": "2.0"}}, {text}}}"#);
+        let message = |error: ImportError| error.to_string();
+        let document = document::parse(text.as_bytes(), &mut Notes::default()).map_err(message)?;
+        let collected = collect(&document, document.default_scene().as_ref()).map_err(message)?;
+        Ok(collected.into_iter().map(|node| (node.place(), node.world_from_node)).collect())
     }
 
     #[test]
@@ -196,36 +181,46 @@ mod tests {
         refused(r#""nodes": [{}, {"children": [2]}, {"children": [1]}]"#, "node 1: is its own ancestor");
         refused(
             r#""nodes": [{"children": [2]}, {"children": [2]}, {}]"#,
-            "node 1 children[0]: node 2 is already a child of node 0",
+            "node 1: node 2 is already a child of node 0",
         );
-        refused(r#""nodes": [{"children": [3]}]"#, "node 0 children[0]: there is no node 3, the file has 1");
+        refused(r#""nodes": [{"children": [3]}]"#, "nodes[0].children[0]: Index out of bounds");
         refused(
             r#""scene": 0, "scenes": [{"nodes": [0, 1]}], "nodes": [{"children": [1]}, {}]"#,
-            "scene 0 nodes[1]: node 1 is not a root, but a child of node 0",
+            "scene 0: node 1 is not a root, but a child of node 0",
         );
         refused(r#""scene": 0, "scenes": [{"nodes": [0, 0]}], "nodes": [{}]"#, "listed twice");
-        refused(r#""nodes": [{"children": [-1]}]"#, "whole number");
+        refused(r#""nodes": [{"children": [-1]}]"#, "nodes[0].children[0]: invalid type: integer `-1`");
         // 2^32, which is 0 to a reader that keeps 32 bits
-        refused(r#""nodes": [{}, {"children": [4294967296]}]"#, "there is no node 4294967296");
+        refused(
+            r#""nodes": [{}, {"children": [4294967296]}]"#,
+            "nodes[1].children[0]: invalid type: floating point `4294967296.0`",
+        );
     }
 
     #[test]
     fn broken_transforms_are_refused() {
         let refused = |node: &str, why: &str| {
             let error = nodes(&format!(r#""nodes": [{node}]"#)).unwrap_err();
-            assert!(error.starts_with("node 0") && error.contains(why), "{error}");
+            assert!(error.starts_with("node") && error.contains(why), "{error}");
         };
         refused(r#"{"scale": [1, 0, 1]}"#, "not invertible");
-        refused(r#"{"scale": [1, null, 1]}"#, "scale[1]: must be a number");
-        refused(r#"{"scale": [1, 1]}"#, "array of 3");
+        refused(r#"{"scale": [1, null, 1]}"#, "nodes[0].scale[1]: invalid type: null, expected f32");
+        refused(r#"{"scale": [1, 1]}"#, "nodes[0].scale: invalid length 2, expected an array of length 3");
         refused(r#"{"rotation": [0, 0, 0, 0]}"#, "quaternion");
         refused(r#"{"matrix": [1,0,0,0, 1,0,0,0, 0,0,1,0, 0,0,0,1]}"#, "not invertible");
         refused(r#"{"matrix": [1,0,0,0, 0,1,0,0, 0,0,1,1, 0,0,0,1]}"#, "last row");
-        refused(r#"{"matrix": [1, 2, 3]}"#, "array of 16");
-        let error =
-            nodes(r#""nodes": [{"scale": [1e100, 1, 1], "children": [1]}, {"scale": [1e100, 1, 1]}]"#)
-                .unwrap_err();
-        assert!(error.starts_with("node 1: its transform"), "{error}");
+        refused(
+            r#"{"matrix": [1, 2, 3]}"#,
+            "nodes[0].matrix: invalid length 3, expected an array of length 16",
+        );
+        // more than an f32 holds
+        refused(r#"{"scale": [1e39, 1, 1]}"#, "not finite");
+        let error = nodes(
+            r#""nodes": [{"matrix": [0,1,0,0, 1,0,0,0, 0,0,1,0, 0,0,0,1], "children": [1]},
+                {"scale": [1, 1, 1e-30], "children": [2]}, {"scale": [1, 1, 0]}]"#,
+        )
+        .unwrap_err();
+        assert!(error.starts_with("node 2: its transform"), "{error}");
         // small and flat, but with three dimensions
         assert!(nodes(r#""nodes": [{"scale": [1e-9, 1e9, 1], "rotation": [0.3, 0.2, 0.1, 0.9]}]"#).is_ok());
     }

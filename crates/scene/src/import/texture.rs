@@ -1,18 +1,20 @@
 //! Pictures in front of spot lights.
 
 use super::buffers::Buffers;
-use super::document::{Document, List};
-use super::error::{ImportError, one_line, quoted};
-use super::json::Item;
+use super::error::{ImportError, one_line, place};
 use super::uri;
 use crate::{LightTexture, TextureFilter};
+use gltf::Document;
 use image::{ImageFormat, ImageReader, Limits};
+use serde::Deserialize;
+use std::borrow::Cow;
 use std::io::Cursor;
 use std::path::Path;
 use std::sync::Arc;
 
 /// What the numbers of a picture mean.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum ColorSpace {
     /// Numbers follow the sRGB curve and are made linear.
     #[default]
@@ -57,10 +59,27 @@ fn linear_from_srgb(value: f32) -> f32 {
     if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
 }
 
+/// A node's `extras.light_texture`.
+#[derive(Debug, Deserialize)]
+pub(super) struct Reference {
+    image: usize,
+    #[serde(default, with = "Filter")]
+    filter: TextureFilter,
+    #[serde(default)]
+    color_space: ColorSpace,
+}
+
+#[derive(Deserialize)]
+#[serde(remote = "TextureFilter", rename_all = "lowercase")]
+enum Filter {
+    Nearest,
+    Linear,
+}
+
 /// The light textures of a document; those that lights share are decoded once.
 #[derive(Debug)]
 pub(super) struct Textures<'a> {
-    document: &'a Document<'a>,
+    document: &'a Document,
     buffers: &'a Buffers<'a>,
     base: Option<&'a Path>,
     decoded: Vec<((usize, TextureFilter, ColorSpace), Arc<LightTexture>)>,
@@ -68,43 +87,38 @@ pub(super) struct Textures<'a> {
 
 impl<'a> Textures<'a> {
     /// None decoded yet; `base` is the folder of relative URIs.
-    pub(super) fn new(document: &'a Document<'a>, buffers: &'a Buffers<'a>, base: Option<&'a Path>) -> Self {
+    pub(super) fn new(document: &'a Document, buffers: &'a Buffers<'a>, base: Option<&'a Path>) -> Self {
         Self { document, buffers, base, decoded: Vec::new() }
     }
 
-    /// The texture that a node's `extras.light_texture` means.
-    pub(super) fn get(&mut self, item: &Item<'_>) -> Result<Arc<LightTexture>, ImportError> {
-        let (index, image) = self.document.refer(List::Images, &item.need("image")?)?;
-        let filter =
-            choice(item, "filter", [("linear", TextureFilter::Linear), ("nearest", TextureFilter::Nearest)])?;
-        let color_space =
-            choice(item, "color_space", [("srgb", ColorSpace::Srgb), ("linear", ColorSpace::Linear)])?;
+    /// The texture that the node called `node` refers to.
+    pub(super) fn get(
+        &mut self,
+        &Reference { image: index, filter, color_space }: &Reference,
+        node: &str,
+    ) -> Result<Arc<LightTexture>, ImportError> {
         let key = (index, filter, color_space);
         if let Some((_, texture)) = self.decoded.iter().find(|(known, _)| *known == key) {
             return Ok(Arc::clone(texture));
         }
-        let texture = match (image.get("bufferView")?, image.get("uri")?) {
-            (Some(reference), _) => {
-                let (_, view) = self.document.refer(List::BufferViews, &reference)?;
-                decode(self.buffers.view(self.document, &view)?.bytes, filter, color_space)
-            }
-            (None, Some(uri)) => decode(&uri::read(&uri, self.base, MOST_MEMORY)?, filter, color_space),
-            (None, None) => return Err(image.error("has neither a bufferView nor a uri")),
+        // `Image::source` of the crate panics without a MIME type, which nothing is done with here
+        let images = &self.document.as_json().images;
+        let image = images.get(index).ok_or_else(|| {
+            let reason = format!("there is no image {index}, the file has {}", images.len());
+            ImportError::at(format!("{node} extras.light_texture.image"), reason)
+        })?;
+        let place = place("image", index, image.name.as_deref());
+        let view = image.buffer_view.and_then(|view| self.document.views().nth(view.value()));
+        let bytes = match (view, &image.uri) {
+            (Some(view), _) => Cow::Borrowed(self.buffers.view(&view)?),
+            (None, Some(uri)) => Cow::Owned(uri::read(uri, &place, self.base, MOST_MEMORY)?),
+            (None, None) => return Err(ImportError::at(place, "has neither a bufferView nor a uri")),
         };
-        let texture = Arc::new(texture.map_err(|error| image.error(error))?);
+        let texture = decode(&bytes, filter, color_space).map_err(|error| ImportError::at(place, error))?;
+        let texture = Arc::new(texture);
         self.decoded.push((key, Arc::clone(&texture)));
         Ok(texture)
     }
-}
-
-/// The value that the word in field `key` stands for; without one, the first.
-fn choice<T: Copy>(item: &Item<'_>, key: &str, words: [(&str, T); 2]) -> Result<T, ImportError> {
-    let Some(word) = item.get(key)? else { return Ok(words[0].1) };
-    let text = word.text()?;
-    words.iter().find(|(known, _)| *known == text).map(|&(_, value)| value).ok_or_else(|| {
-        let [(first, _), (second, _)] = words;
-        word.error(format!("must be {first:?} or {second:?}, got {}", quoted(text)))
-    })
 }
 
 #[cfg(test)]

@@ -56,7 +56,7 @@ fn points_and_lines_are_skipped_and_said() {
         assert!(scene.meshes.is_empty());
         assert_eq!(scene.notes, ["mesh 0 primitive 0: points and lines are skipped"]);
     }
-    assert_eq!(with_mode(7, None).error(), "mesh 0 primitive 0 mode: must be 0 to 6, got 7");
+    assert_eq!(with_mode(7, None).error(), "meshes[0].primitives[0].mode: Invalid value");
 }
 
 #[test]
@@ -153,7 +153,7 @@ fn sparse_accessors() {
     let error = changed(&|accessor, _| accessor["count"] = 4_000_000_000_u64.into());
     assert!(error.starts_with("accessor 0: 4000000000 elements without a bufferView"), "{error}");
     let error = changed(&|accessor, _| accessor["sparse"]["indices"]["componentType"] = 5126.into());
-    assert!(error.starts_with("accessor 0 sparse.indices.componentType: indices must be u8"), "{error}");
+    assert_eq!(error, "accessors[0].sparse.indices.componentType: Invalid value");
 }
 
 #[test]
@@ -171,6 +171,7 @@ fn base_colours() {
         "materials",
         json!({"alphaMode": "BLEND", "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}),
     );
+    file.push("textures", json!({}));
     let scene = file.load().unwrap();
     let colors: Vec<_> = scene.materials.iter().map(|m| (m.name.as_str(), m.base_color)).collect();
     // the last is glTF's default, for the mesh names no material
@@ -188,10 +189,7 @@ fn base_colours() {
     assert_eq!((scene.meshes[0].material, scene.materials.len()), (0, 3));
     file.json["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"] = json!([0.5, 1.5, 0, 1]);
     let error = file.error();
-    assert_eq!(
-        error,
-        "material 0 \"red\" pbrMetallicRoughness.baseColorFactor[1]: must lie between 0 and 1, got 1.5"
-    );
+    assert_eq!(error, "material 0 \"red\": baseColorFactor must lie between 0 and 1, got 1.5");
 }
 
 #[test]
@@ -208,7 +206,7 @@ fn which_scene_is_read() {
     file.json["scenes"] = Value::Null;
     assert_eq!(file.load().unwrap().triangle_count(), 1);
     file.json["scene"] = 0.into();
-    assert_eq!(file.error(), "scene: there is no scene 0, the file has 0");
+    assert_eq!(file.error(), "scene: Index out of bounds");
 }
 
 #[test]
@@ -218,11 +216,37 @@ fn a_file_without_meshes_is_an_empty_scene() {
     assert_eq!(File::new().load().unwrap(), scene::Scene::default());
 }
 
+/// What the types or the validation of the crate `gltf` would refuse, though nothing that is read depends on it.
+#[test]
+fn parts_that_are_not_read_need_not_make_sense() {
+    let wanted = File::triangle().load().unwrap();
+    let mut file = File::triangle();
+    // without bounds of positions as it is; an attribute that glTF does not know
+    file.json["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD"] = 0.into();
+    // the source is in an extension
+    file.push("textures", json!({"extensions": {"EXT_texture_webp": {"source": 0}}}));
+    file.push("samplers", json!({"magFilter": 1}));
+    // the target is in an extension
+    file.push(
+        "animations",
+        json!({"channels": [{"sampler": 0, "target": {"path": "pointer"}}], "samplers": []}),
+    );
+    file.push(
+        "cameras",
+        json!({"type": "perspective", "perspective": {"yfov": 1, "znear": 1, "zfar": 5000000000_u64}}),
+    );
+    let mut scene = file.load().unwrap();
+    assert_eq!(scene.notes, ["the document: animations are ignored"]);
+    scene.notes.clear();
+    assert_eq!(scene, wanted);
+}
+
 #[test]
 fn what_moves_is_said() {
     let mut file = File::triangle();
     file.json["animations"] = json!([{}]);
     file.json["nodes"][0]["skin"] = 0.into();
+    file.push("skins", json!({"joints": [0]}));
     file.json["meshes"][0]["primitives"][0]["targets"] = json!([{}]);
     file.json["extensionsUsed"] = json!(["KHR_lights_punctual", "EXT_mesh_gpu_instancing"]);
     assert_eq!(

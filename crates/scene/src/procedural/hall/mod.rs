@@ -157,7 +157,7 @@ pub(super) fn scene() -> Scene {
         .part("window bars", [0.12, 0.12, 0.13], hall.bars)
         .part("vault", [0.42, 0.45, 0.52], hall.vault)
         .camera([1.0, 1.9, 14.0], [-0.3, 5.5, -6.0], 60.0)
-        .point_light([-4.7, 9.4, -3.0], [420.0, 395.0, 350.0])
+        .point_light([-5.2, 9.2, 0.0], [420.0, 395.0, 350.0])
         .fog(0.03);
     stage.finish()
 }
