@@ -4,7 +4,9 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
+mod cargo;
 mod compare;
+mod doctor;
 mod eval;
 mod experiments;
 mod failure;
@@ -31,27 +33,31 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Bench(cargo::BenchArgs),
     Compare(compare::CompareArgs),
+    Doctor(doctor::DoctorArgs),
     Eval(eval::EvalArgs),
     Render(Box<render::RenderArgs>),
     Repro(repro::ReproArgs),
+    Test(cargo::TestArgs),
 }
 
 fn run(command: &Command) -> Outcome {
     match command {
+        Command::Bench(args) => cargo::bench(args),
         Command::Compare(args) => compare::run(args),
+        Command::Doctor(args) => doctor::run(args),
         Command::Eval(args) => eval::run(args),
         Command::Render(args) => render::run(args),
         Command::Repro(args) => repro::run(args),
+        Command::Test(args) => cargo::test(args),
     }
 }
 
-/// Results go to stdout as one JSON document; a reader that has gone away is no failure.
-fn print_json(value: &serde_json::Value) -> Outcome {
+/// Results go to stdout; a reader that has gone away is no failure.
+fn print(text: &str) {
     use std::io::Write;
-    let text = serde_json::to_string(value).map_err(failure::Failure::program)?;
-    let _ = writeln!(std::io::stdout(), "{text}");
-    Ok(())
+    let _ = std::io::stdout().write_all(text.as_bytes());
 }
 
 /// Plain lines on stderr: what a default was, what a flag did not do.

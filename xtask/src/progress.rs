@@ -34,7 +34,8 @@ impl Progress {
         let label = label.into();
         let silent = label.is_empty();
         let watched = io::stderr().is_terminal();
-        let target = if watched && !silent { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
+        let target =
+            if watched && !silent { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
         let bar = ProgressBar::with_draw_target(Some(total), target).with_message(label.clone());
         // the template is fixed; were it ever wrong, indicatif's own look would do
         if let Ok(style) = ProgressStyle::with_template("{msg:28} {wide_bar} {pos}/{len} {elapsed_precise}") {

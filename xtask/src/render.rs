@@ -79,7 +79,7 @@ struct QualityArgs {
     /// Side of the shadow map in texels.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=16384))]
     shadow_map: Option<u32>,
-    /// static, adaptive[:THRESHOLD] or delaunay[:METRES].
+    /// `static`, `adaptive[:THRESHOLD]` or `delaunay[:METRES]`.
     #[arg(long)]
     tessellation: Option<String>,
     /// Scattering is computed at this fraction of the resolution.
@@ -178,6 +178,10 @@ pub(crate) fn run(args: &RenderArgs) -> Outcome {
         Some(technique) => (technique, "asked for"),
         None => technique::choose(&setup),
     };
+    for technique in std::iter::once(technique).chain(args.against) {
+        technique::check(&setup, technique)?;
+    }
+    setup.say_notes();
     args.quality.say_unused(technique);
     if args.map_surface.is_some() && technique != Technique::ExactShadowMap {
         tracing::warn!("--map-surface: {} uses no shadow map", technique.name());
@@ -201,7 +205,7 @@ pub(crate) fn run(args: &RenderArgs) -> Outcome {
         output_file::write_bytes(path, format!("{text}\n").as_bytes())?;
     }
     if let Some(figures) = comparison {
-        crate::print_json(&figures)?;
+        crate::print(&format!("{figures}\n"));
     }
     Ok(())
 }

@@ -1,6 +1,5 @@
 //! `repro`: every table and figure, and one report over all of them.
 
-use std::io::Write;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -46,7 +45,7 @@ pub(crate) struct ReproArgs {
 pub(crate) fn run(args: &ReproArgs) -> Outcome {
     if args.list {
         let list: String = ALL.iter().map(|entry| format!("{:<20}{}\n", entry.id, entry.about)).collect();
-        print(&list);
+        crate::print(&list);
         return Ok(());
     }
     args.backend.check(args.adapter.as_deref())?;
@@ -62,7 +61,7 @@ pub(crate) fn run(args: &ReproArgs) -> Outcome {
     std::fs::create_dir_all(&args.out)
         .map_err(|e| Failure::input(format!("--out {}: cannot be made: {e}", args.out.display())))?;
     let mut flags = format!(" --preset {}", args.preset.name());
-    if setups.from_folder() {
+    if setups.has_folder() {
         // the reader's folder is elsewhere
         flags += " --scenes DIR";
     }
@@ -72,7 +71,7 @@ pub(crate) fn run(args: &ReproArgs) -> Outcome {
         tracing::info!("{}: {}", entry.id, entry.about);
         let section = (entry.run)(&context)?;
         section.write(&args.out)?;
-        print(&format!("{}\n", section.text()));
+        crate::print(&format!("{}\n", section.text()));
         sections.push(section);
     }
     let report = args.out.join("report.html");
@@ -95,9 +94,4 @@ pub(crate) fn run(args: &ReproArgs) -> Outcome {
         return Err(Failure::program(format!("--strict: {failed} claims do not hold")));
     }
     Ok(())
-}
-
-/// Results go to stdout; a reader that has gone away is no failure.
-fn print(text: &str) {
-    let _ = std::io::stdout().write_all(text.as_bytes());
 }

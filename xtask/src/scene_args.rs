@@ -73,6 +73,17 @@ pub(crate) struct Setup {
     pub(crate) medium: Medium,
     pub(crate) lights: Vec<Light>,
     pub(crate) model: AirlightModel,
+    /// What was left out of the file, and which defaults were taken; said once nothing can be refused any more.
+    pub(crate) notes: Vec<String>,
+}
+
+impl Setup {
+    /// Says the notes on stderr.
+    pub(crate) fn say_notes(&self) {
+        for note in &self.notes {
+            tracing::info!("{note}");
+        }
+    }
 }
 
 /// `--model`.
@@ -96,18 +107,14 @@ impl From<Model> for AirlightModel {
 
 /// Reads a scene from a file, or generates `procedural:NAME`.
 pub(crate) fn load_scene(name: &str) -> Outcome<Scene> {
-    let scene = match name.strip_prefix(PROCEDURAL) {
-        Some(generated) => scene::procedural::generate(generated).map_err(Failure::input)?,
-        None => load_gltf(Path::new(name)).map_err(Failure::input)?,
-    };
-    for note in &scene.notes {
-        tracing::warn!("{name}: {note}");
+    match name.strip_prefix(PROCEDURAL) {
+        Some(generated) => scene::procedural::generate(generated).map_err(Failure::input),
+        None => load_gltf(Path::new(name)).map_err(Failure::input),
     }
-    Ok(scene)
 }
 
 impl SceneArgs {
-    /// The scene called `name` with these flags applied; every default that is taken is said on stderr.
+    /// The scene called `name` with these flags applied; every default that is taken is noted.
     pub(crate) fn resolve(&self, name: &str) -> Outcome<Setup> {
         let scene = load_scene(name)?;
         self.apply(name, scene)
@@ -115,13 +122,14 @@ impl SceneArgs {
 
     /// `scene` with these flags applied.
     pub(crate) fn apply(&self, name: &str, scene: Scene) -> Outcome<Setup> {
-        let camera = self.camera(name, &scene)?;
-        let lights = self.lights(name, &scene)?;
-        let medium = self.medium(name, &scene)?;
-        Ok(Setup { camera, lights, medium, model: self.model.into(), scene })
+        let mut notes: Vec<String> = scene.notes.iter().map(|note| format!("{name}: {note}")).collect();
+        let camera = self.camera(name, &scene, &mut notes)?;
+        let lights = self.lights(name, &scene, &mut notes)?;
+        let medium = self.medium(name, &scene, &mut notes)?;
+        Ok(Setup { camera, lights, medium, model: self.model.into(), notes, scene })
     }
 
-    fn camera(&self, name: &str, scene: &Scene) -> Outcome<Camera> {
+    fn camera(&self, name: &str, scene: &Scene, notes: &mut Vec<String>) -> Outcome<Camera> {
         let fov = self.fov.map(f32::to_radians);
         if let (Some(eye), Some(target)) = (self.eye, self.target) {
             let up = self.up.map_or(Vec3::Y, |up| up.0);
@@ -152,7 +160,10 @@ impl SceneArgs {
                 None => {
                     let camera = Camera::framing(&scene.bounds(), fov.unwrap_or(DEFAULT_FOV.to_radians()));
                     let p = camera.position;
-                    tracing::info!("{name} has no camera: framing the scene from {},{},{}", p.x, p.y, p.z);
+                    notes.push(format!(
+                        "{name} has no camera: framing the scene from {},{},{}",
+                        p.x, p.y, p.z
+                    ));
                     camera
                 }
             },
@@ -163,13 +174,13 @@ impl SceneArgs {
         Ok(camera)
     }
 
-    fn medium(&self, name: &str, scene: &Scene) -> Outcome<Medium> {
+    fn medium(&self, name: &str, scene: &Scene, notes: &mut Vec<String>) -> Outcome<Medium> {
         let mut medium = match (&scene.medium, self.sigma_s, self.sigma_a) {
             (Some(medium), ..) => medium.clone(),
             (None, None, None) => {
                 let diagonal = scene.bounds().diagonal();
                 let sigma_s = if diagonal > 0.0 { 1.0 / diagonal } else { 0.1 };
-                tracing::info!("{name} has no medium: sigma_s = {sigma_s} per metre, isotropic");
+                notes.push(format!("{name} has no medium: sigma_s = {sigma_s} per metre, isotropic"));
                 Medium::homogeneous([sigma_s; 3], [0.0; 3]).map_err(Failure::input)?
             }
             (None, ..) => Medium::homogeneous([0.0; 3], [0.0; 3]).map_err(Failure::input)?,
@@ -186,7 +197,7 @@ impl SceneArgs {
         Ok(medium)
     }
 
-    fn lights(&self, name: &str, scene: &Scene) -> Outcome<Vec<Light>> {
+    fn lights(&self, name: &str, scene: &Scene, notes: &mut Vec<String>) -> Outcome<Vec<Light>> {
         let mut lights: Vec<Light> = Vec::new();
         lights.extend(self.point_light.iter().map(|spec| Light::Point(spec.0)));
         lights.extend(self.spot_light.iter().map(|spec| Light::Spot(spec.0.clone())));
@@ -197,7 +208,7 @@ impl SceneArgs {
         if lights.is_empty() {
             let light = default_light(scene)?;
             let (p, i) = (light.position, light.intensity.x);
-            tracing::info!("{name} has no light: a point light of {i} W/sr at {},{},{}", p.x, p.y, p.z);
+            notes.push(format!("{name} has no light: a point light of {i} W/sr at {},{},{}", p.x, p.y, p.z));
             lights.push(Light::Point(light));
         }
         if let Some(path) = &self.light_texture {

@@ -96,7 +96,7 @@ impl Setups {
     }
 
     /// Whether a folder was given that holds at least one of the scenes.
-    pub(crate) fn from_folder(&self) -> bool {
+    pub(crate) fn has_folder(&self) -> bool {
         self.sources().iter().any(|source| !source.is_stand_in)
     }
 
@@ -155,7 +155,7 @@ impl Source {
             (self.entry.view.ok_or_else(|| wrong("view"))?, camera, vec![Light::Point(light)])
         };
         let medium = Medium::homogeneous([depth / view; 3], [0.0; 3]).map_err(Failure::program)?;
-        Ok(Setup { scene, camera, medium, lights, model: AirlightModel::Sun })
+        Ok(Setup { scene, camera, medium, lights, model: AirlightModel::Sun, notes: Vec::new() })
     }
 }
 

@@ -60,11 +60,27 @@ pub(crate) struct Picture {
     pub(crate) samples: u64,
 }
 
+/// Fails if this version does not have the technique, or the technique cannot take the medium.
+pub(crate) fn check(setup: &Setup, technique: Technique) -> Outcome {
+    match technique {
+        Technique::Exact => Reference::check(&setup.medium).map_err(refused),
+        Technique::BruteForce => Ok(()),
+        other => Err(Failure::input(format!(
+            "--technique {}: not in this version, which has exact and brute-force",
+            other.name()
+        ))),
+    }
+}
+
+fn refused(refusal: scene::Refusal) -> Failure {
+    Failure::input(format!("--technique: {refusal}"))
+}
+
 /// Renders `setup` with `technique`.
 ///
 /// Progress is shown under `label`, and not at all without one.
 ///
-/// Fails with the words of a refusal if the technique cannot take the medium or the lights.
+/// Fails as [`check`] does.
 pub(crate) fn render(
     setup: &Setup,
     bvh: &Bvh,
@@ -72,7 +88,7 @@ pub(crate) fn render(
     options: &Options,
     label: &str,
 ) -> Outcome<Picture> {
-
+    check(setup, technique)?;
     let settings = Settings {
         airlight_only: options.airlight_only,
         shadows_in_medium: options.shadows_in_medium,
@@ -86,8 +102,8 @@ pub(crate) fn render(
     let started;
     let (pixels, samples) = match technique {
         Technique::Exact => {
-            let reference = Reference::new(materials, bvh, &setup.medium, &setup.lights, settings)
-                .map_err(|refusal| Failure::input(format!("--technique: {refusal}")))?;
+            let reference =
+                Reference::new(materials, bvh, &setup.medium, &setup.lights, settings).map_err(refused)?;
             started = Instant::now();
             (reference.render(&setup.camera, size, &tick), 0)
         }
@@ -116,12 +132,7 @@ pub(crate) fn render(
             });
             (pixels, samples.into_inner())
         }
-        other => {
-            return Err(Failure::input(format!(
-                "--technique {}: not in this version, which has exact and brute-force",
-                other.name()
-            )));
-        }
+        other => return check(setup, other).and(Err(Failure::program("a technique without a renderer"))),
     };
     let ms = started.elapsed().as_secs_f64() * 1e3;
     progress.finish();

@@ -91,18 +91,23 @@ impl<'a> Reference<'a> {
         lights: &'a [Light],
         settings: Settings,
     ) -> Result<Self, Refusal> {
-        if !medium.is_homogeneous() {
-            return Err(Refusal {
-                technique: "exact",
-                feature: if medium.density.is_some() {
-                    "a heterogeneous density"
-                } else {
-                    "an emitting medium"
-                },
-                instead: "brute-force with many samples",
-            });
-        }
+        Self::check(medium)?;
         Ok(Self::surfaces(materials, bvh, medium, lights, settings))
+    }
+
+    /// Whether the medium has an analytic integral.
+    ///
+    /// # Errors
+    /// [`Refusal`] as [`Reference::new`].
+    pub fn check(medium: &Medium) -> Result<(), Refusal> {
+        if medium.is_homogeneous() {
+            return Ok(());
+        }
+        Err(Refusal {
+            technique: "exact",
+            feature: if medium.density.is_some() { "a heterogeneous density" } else { "an emitting medium" },
+            instead: "brute-force with many samples",
+        })
     }
 
     /// As [`Reference::new`] for any medium, of which only surfaces are asked ([`Reference::surface_radiance`]): they

@@ -35,16 +35,16 @@
 //!
 //! | code | symbol | unit | in the papers |
 //! | --- | --- | --- | --- |
-//! | `sigma_s`, `sigma_a`, `sigma_t` | σ_s, σ_a, σ_t = σ_s + σ_a | m⁻¹ | κ [WR08], β [BSA10] |
-//! | `phase`, `g` | p(cos θ), g | sr⁻¹, 1 | ρ(α) [WR08], k(α) [BSA10] |
+//! | `sigma_s`, `sigma_a`, `sigma_t` | σ_s, σ_a, σ_t = σ_s + σ_a | m⁻¹ | κ (WR08), β (BSA10) |
+//! | `phase`, `g` | p(cos θ), g | sr⁻¹, 1 | ρ(α) (WR08), k(α) (BSA10) |
 //! | `intensity` | I₀ | W/sr | I₀ |
 //! | `foot` | x_f = d_l cos γ, h = d_l sin γ | m | d_l, γ |
 //! | `x0`, `x1` | distances from the eye along the ray | m | x, d_s |
-//! | result | L | W/(m²·sr) | L_sctr [WR08], L_a [BSA10] |
+//! | result | L | W/(m²·sr) | L_sctr (WR08), L_a (BSA10) |
 //!
-//! [WR08] Wyman and Ramsey, *Interactive Volumetric Shadows in Participating Media with Single-Scattering*, 2008.
-//! [BSA10] Billeter, Sintorn and Assarsson, *Real Time Volumetric Shadows using Polygonal Light Volumes*, 2010.
-//! [SRNN05] Sun, Ramamoorthi, Narasimhan and Nayar, *A Practical Analytic Single Scattering Model*, 2005.
+//! (WR08) Wyman and Ramsey, *Interactive Volumetric Shadows in Participating Media with Single-Scattering*, 2008.
+//! (BSA10) Billeter, Sintorn and Assarsson, *Real Time Volumetric Shadows using Polygonal Light Volumes*, 2010.
+//! (SRNN05) Sun, Ramamoorthi, Narasimhan and Nayar, *A Practical Analytic Single Scattering Model*, 2005.
 //!
 //! # Features
 //!

@@ -64,12 +64,12 @@ impl Real for f64 {
     const UNIT: Self = 1.0;
     const SHORT_NODES: usize = 12;
     const PANEL_NODES: usize = 20;
-    const PANEL_CUT: f64 = 40.0;
-    const SERIES_RADIUS: f64 = 3.0;
+    const PANEL_CUT: Self = 40.0;
+    const SERIES_RADIUS: Self = 3.0;
     const SERIES_TERMS: usize = 34;
-    const MIN_RELATIVE_H: f64 = 1e-120;
-    const FAR: f64 = 1e100;
-    const PANEL_FAR: f64 = 1e17;
+    const MIN_RELATIVE_H: Self = 1e-120;
+    const FAR: Self = 1e100;
+    const PANEL_FAR: Self = 1e17;
     const USE_POLES: bool = false;
 
     #[inline(always)]

@@ -1,4 +1,38 @@
-//! wip
+//! What a view with fog is made of: rays, cameras, lights, media, meshes; and where it comes from.
+//!
+//! The vocabulary needs no feature and no file. On top of it, each behind a feature:
+//!
+//! | feature | gives |
+//! | --- | --- |
+//! | `gltf` | [`import`]: glTF 2.0 (`.glb`, `.gltf`) with cameras, lights, media and light textures |
+//! | `bvh` | [`Bvh`]: hierarchy over the triangles; nearest hit, shadow rays, and the triangles near a plane region |
+//! | `procedural` | [`procedural`]: generated scenes of the papers' triangle counts |
+//!
+//! ```
+//! use glam::Vec3;
+//! use scene::{Camera, Light, Medium, PointLight};
+//!
+//! let camera = Camera::look_at(Vec3::new(0.0, 1.0, 4.0), Vec3::ZERO, Vec3::Y, 45_f32.to_radians())?;
+//! let lamp = Light::Point(PointLight::new(Vec3::new(1.0, 3.0, 0.0), Vec3::splat(60.0))?);
+//! let fog = Medium::homogeneous([0.05; 3], [0.01; 3])?;
+//! let ray = camera.pixel_ray(256, 256, (512, 512));
+//! assert!(ray.direction.z < 0.0 && fog.is_homogeneous());
+//! # let _ = lamp;
+//! # Ok::<(), scene::SceneError>(())
+//! ```
+//!
+//! # Conventions
+//!
+//! Metres; right-handed, Y up, cameras look along −Z of their node. Point and spot lights by radiant intensity
+//! (W/sr), directional lights by irradiance (W/m²); results are radiance (W/(m²·sr)), linear RGB. `distance` is
+//! Euclidean metres along a ray. Image row 0 is at the top, pixel and texel centres lie at +0.5. Vertices, lights and
+//! media are `f32`; the exact reference promotes the very same values to `f64`.
+//!
+//! # Shadows are two questions
+//!
+//! [`Visibility`] asks how much of a light arrives at a point, [`LitIntervals`] which pieces of a view ray a light
+//! reaches. Every technique answers one of the two, and adds a form of the airlight integral.
+
 mod aabb;
 #[cfg(feature = "bvh")]
 mod bvh;
@@ -15,7 +49,6 @@ mod mesh;
 pub mod procedural;
 mod ray;
 mod refusal;
-#[expect(clippy::module_inception, reason = "the type and its file share the crate's name")]
 mod scene;
 mod visibility;
 

@@ -29,6 +29,9 @@ const CASES: &str = include_str!("../../../tests/data/airlight_public.json");
 /// Least time over which an evaluation is timed.
 const TIMED_FOR: Duration = Duration::from_millis(4);
 
+/// Largest error that the plot resolves: beyond, one wrong number is like another.
+const SHOWN: f64 = 10.0;
+
 /// Results below the smallest normal f32 are outside what single precision can hold.
 const LEAST_VALUE: f64 = f32::MIN_POSITIVE as f64;
 
@@ -335,7 +338,7 @@ pub(super) fn run(context: &Context) -> Outcome<Section> {
     let default = results.iter().find(|(m, _)| m.form.starts_with("interval") && m.precision == "f32");
     found.checks = checks(&results);
     found.notes = vec![
-        format!("{} cases of the reference set whose exact value is a normal f32; forms for the isotropic phase function only are measured on the cases that have it.", file.cases.len()),
+        format!("The cases are those of the reference set's {} whose exact value is a normal f32; forms for the isotropic phase function only are measured on the cases that have it.", file.cases.len()),
         "Errors are relative to values with proven digits, on inputs that are exact in the type. Times are of one evaluation on one core, over the same cases.".into(),
         "Why the interval form is the default: it is the only form without a bad case. What is subtracted from a table, or from the exact F, loses what the two ends have in common, whatever the table's size: about a quarter of all cases come out wrong by more than 10⁻³ in f32. The closed form is exact in the middle of its range and loses everything on short intervals. Quadrature over the angle with a fixed rule misses thin layers and peaks. The interval form costs more than a table lookup and less than any other form of comparable error; its f32 error is the rounding of the exponent.".into(),
         "The F′ table's times leave out building it, which costs a frame 65 536 evaluations of F.".into(),
@@ -463,14 +466,14 @@ fn plot(results: &[(Measured, Vec<Option<Measured>>)]) -> Plot {
         .filter(|(m, _)| m.precision == "f32")
         .map(|(m, each)| Series {
             label: m.form.clone(),
-            points: each.iter().flatten().map(|m| (m.ns, m.worst().max(1e-9))).collect(),
+            points: each.iter().flatten().map(|m| (m.ns, m.worst().clamp(1e-9, SHOWN))).collect(),
             joined: false,
         })
         .collect();
     Plot {
         file: "error-against-time.svg".into(),
         title: "Largest error of each category against time, f32".into(),
-        caption: "One mark for each form and category of case: time of one evaluation, and the largest relative error among the category's cases.".into(),
+        caption: "One mark for each form and category of case: time of one evaluation, and the largest relative error among the category's cases; what errs by more than 10, or is not finite, is drawn at 10.".into(),
         x: Axis::new("time of one evaluation", "ns"),
         y: Axis::new("largest relative error", ""),
         series,

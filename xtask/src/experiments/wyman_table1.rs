@@ -203,7 +203,7 @@ pub(super) fn run(context: &Context) -> Outcome<Section> {
                 joined: true,
             });
             convergence.push(Series {
-                label: format!("{medium}"),
+                label: medium.to_owned(),
                 points: marched.iter().map(|(n, m)| (*n, shadow(m))).collect(),
                 joined: true,
             });
@@ -257,7 +257,7 @@ fn shadow(metrics: &Metrics) -> f64 {
 /// With a folder all of its scenes; without one as many as the preset allows, the quick ones first.
 fn chosen(context: &Context, plan: &Plan) -> Vec<Source> {
     let mut sources = context.setups.sources();
-    if context.setups.from_folder() {
+    if context.setups.has_folder() {
         return sources;
     }
     sources.sort_by_key(|source| !source.entry.quick);
@@ -509,7 +509,7 @@ fn notes(context: &Context, plan: &Plan) -> Vec<String> {
         "The exact reference's cost per pixel was predicted at 20 to 40 µs a core (1000 nodes at 15 ns and 400 triangles at 60 ns of the plane between ray and light). It is less: what bounds it is the number of triangles that cut that plane, and rays of a camera near a wall cut few.".into(),
         "Paper values are from a GeForce 8800 GTX. Hybrid and textured-light columns need the GPU techniques and are not in this version.".into(),
     ];
-    if !context.setups.from_folder() {
+    if !context.setups.has_folder() {
         notes.push("No scenes folder was given: generated scenes of the papers' triangle counts stand in for the models, and their times must not be compared with the paper's rows as if they were the same.".into());
     }
     notes

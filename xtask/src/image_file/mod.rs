@@ -78,7 +78,7 @@ pub(crate) fn read(path: &Path) -> Outcome<Image> {
     .map_err(|reason| Failure::input(format_args!("{}: {reason}", path.display())))
 }
 
-/// Fails unless [`write`] can write `path`; leaves nothing behind. For calling before long work.
+/// Fails unless [`write()`] can write `path`; leaves nothing behind. For calling before long work.
 pub(crate) fn check_writable(path: &Path) -> Outcome {
     format_to_write(path)?;
     output_file::check_writable(path)

@@ -1,6 +1,6 @@
 //! Airlight of a point light over an interval of a view ray, in the form that is used by default.
 //!
-//! L(x₀, x₁) = ∫_{x₀}^{x₁} σ_s p I₀/d² e^(−σ_t(d + x)) dx                       [WR08 Eq. 1, BSA10 Eq. 1]
+//! L(x₀, x₁) = ∫_{x₀}^{x₁} σ_s p I₀/d² e^(−σ_t(d + x)) dx                       (WR08 Eq. 1, BSA10 Eq. 1)
 //!
 //! The papers evaluate it as the difference of an antiderivative, which loses everything on short, thin, far or
 //! grazing intervals, however fine the table. Here an interval is integrated as such:
@@ -12,7 +12,7 @@
 //!
 //! Other phase functions go through [`composite`](crate::composite).
 //!
-//! Deviation: [WR08] prints κ_s in A₀ and A₁, which holds only without absorption; the exponents here are σ_t.
+//! Deviation: (WR08) prints κ_s in A₀ and A₁, which holds only without absorption; the exponents here are σ_t.
 
 use super::composite;
 use super::exponential_integral::tail_over_h;

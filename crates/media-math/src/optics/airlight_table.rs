@@ -1,7 +1,7 @@
 //! Tables of F, as the papers use them, for comparison.
 //!
-//! [`FTable`] holds F(u, v) once for all scenes [SRNN05]; [`FrameTable`] holds F′(cos γ, x) = A₀ F(A₁, A₂(x)) for one
-//! light and medium, so that a step costs one lookup [WR08 §3.4]. Both are then *subtracted*, which loses what short
+//! [`FTable`] holds F(u, v) once for all scenes (SRNN05); [`FrameTable`] holds F′(cos γ, x) = A₀ F(A₁, A₂(x)) for one
+//! light and medium, so that a step costs one lookup (WR08 §3.4). Both are then *subtracted*, which loses what short
 //! intervals have in common: a share of hard cases comes out wrong by more than 10⁻³ whatever the table's size. The
 //! interval form of [`airlight`](crate::airlight) is the default for that reason.
 
@@ -136,7 +136,7 @@ impl<T: Real> FTable<T> {
         self.grid.size
     }
 
-    /// Airlight I₀A₀[F(A₁, A₂(x₁)) − F(A₁, A₂(x₀))] of an isotropic medium.                  [WR08 Eq. 2 to 5]
+    /// Airlight I₀A₀[F(A₁, A₂(x₁)) − F(A₁, A₂(x₀))] of an isotropic medium.                  (WR08 Eq. 2 to 5)
     ///
     /// Deviation: A₀'s exponent and A₁ take σ_t where the paper prints κ_s. Arguments as for
     /// [`airlight`](crate::airlight), one channel; NaN or infinite where A₀ is.
@@ -154,7 +154,7 @@ impl<T: Real> FTable<T> {
     }
 }
 
-/// I₀A₀[F(A₁, A₂(x₁)) − F(A₁, A₂(x₀))] as printed, with any F.                              [WR08 Eq. 2 to 5]
+/// I₀A₀[F(A₁, A₂(x₁)) − F(A₁, A₂(x₀))] as printed, with any F.                              (WR08 Eq. 2 to 5)
 ///
 /// With an exact F it is the bound for every table. See [`FTable::airlight`].
 pub fn literal_airlight<T: Real>(
@@ -172,7 +172,7 @@ pub fn literal_airlight<T: Real>(
     intensity * a0 * (f(a1, a2(x1)) - f(a1, a2(x0)))
 }
 
-/// F′(cos γ, x) = A₀ F(A₁, A₂(x)) for one eye, light and medium.                            [WR08 §3.4]
+/// F′(cos γ, x) = A₀ F(A₁, A₂(x)) for one eye, light and medium.                            (WR08 §3.4)
 #[derive(Debug, Clone, PartialEq)]
 pub struct FrameTable<T> {
     x_max: f64,

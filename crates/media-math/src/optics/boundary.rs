@@ -33,7 +33,7 @@ impl<T: Real> Boundary<T> {
         ]
     }
 
-    /// s = +1 or −1.                                                                  [BSA10 Eq. 3]
+    /// s = +1 or −1.                                                                  (BSA10 Eq. 3)
     pub fn sign(&self) -> T {
         match self.crossing {
             Crossing::LeavesLight => T::one(),
@@ -57,7 +57,7 @@ pub fn airlight_over<T: Real, S: Spectrum<T>>(
     })
 }
 
-/// Airlight as Σ s_n L(0, x_n) over boundaries in any order.                              [BSA10 Eq. 3]
+/// Airlight as Σ s_n L(0, x_n) over boundaries in any order.                              (BSA10 Eq. 3)
 ///
 /// The boundaries must be complete: a ray that ends lit has a [`Crossing::LeavesLight`] at its end, so that the signs
 /// sum to 1 where the eye is lit and to 0 where it is not.

@@ -12,7 +12,7 @@
 //!
 //! The way of the light is d + x = R + x_f: up to a constant, it *is* the path excess R. R = h²/(d − a) where a < 0,
 //! so nothing cancels, and the difference over an interval is ΔR = (x₁ − x₀)(R₀ + R₁)/(d₀ + d₁), which cancels
-//! nothing either. R = h·tan ξ in the notation of [SRNN05] and [WR08], where the integration variable is ξ.
+//! nothing either. R = h·tan ξ in the notation of (SRNN05) and (WR08), where the integration variable is ξ.
 
 use crate::Real;
 

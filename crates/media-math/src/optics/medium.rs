@@ -4,7 +4,7 @@ use crate::{MediumError, Real, Spectrum};
 
 /// Scattering and absorption coefficients of a homogeneous medium, scalar or by channel.
 ///
-/// Extinction is their sum, σ_t = σ_s + σ_a. [WR08] writes κ_s where extinction is meant in its Eqs. 3 and 4,
+/// Extinction is their sum, σ_t = σ_s + σ_a. (WR08) writes κ_s where extinction is meant in its Eqs. 3 and 4,
 /// which holds for a medium that does not absorb; here the two are kept apart as in its Eq. 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HomogeneousMedium<T, S = T> {

@@ -1,4 +1,4 @@
-//! Sun et al.'s special function F(u, v) = ∫₀^v e^(−u tan ξ) dξ.                        [SRNN05, WR08 §2]
+//! Sun et al.'s special function F(u, v) = ∫₀^v e^(−u tan ξ) dξ.                        (SRNN05, WR08 §2)
 
 use super::airlight::isotropic_integral;
 use super::exponential_integral::tail_over_h;

@@ -34,7 +34,11 @@ type Entry = (&'static str, &'static str, fn() -> Scene);
 
 const SCENES: &[Entry] = &[
     ("sphere", "20,480 triangles; Wyman & Ramsey's Sphere", sphere::scene),
-    ("sphere-plane", "81,922 triangles, a unit sphere over a wide floor under a point light", sphere::on_plane),
+    (
+        "sphere-plane",
+        "81,922 triangles, a unit sphere over a wide floor under a point light",
+        sphere::on_plane,
+    ),
     ("spring", "31,936 triangles, a helix of 8 turns; Wyman & Ramsey's Spring", spring::scene),
     ("blob-24k", "24,000 triangles, a smooth body with lobes; for Wyman & Ramsey's Elephant", blob::blob_24k),
     ("blob-70k", "69,452 triangles, a furrowed body with lobes; for Wyman & Ramsey's Bunny", blob::blob_70k),

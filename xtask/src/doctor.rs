@@ -1,0 +1,63 @@
+//! `doctor`: what this machine has and what will run on it.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use clap::Args;
+
+use crate::experiments::{cpu, revision};
+use crate::failure::Outcome;
+use crate::setups::Setups;
+
+/// Say what this machine has and what will run on it.
+#[derive(Debug, Args)]
+pub(crate) struct DoctorArgs {}
+
+pub(crate) fn run(_args: &DoctorArgs) -> Outcome {
+    let cpu = cpu();
+    let folder = std::env::var_os("AIRLIGHT_SCENES").map(PathBuf::from);
+    let mut lines = vec![
+        ("version".to_owned(), format!("{} ({})", env!("CARGO_PKG_VERSION"), revision())),
+        ("processor".into(), cpu.name),
+        ("rustc".into(), first_line("rustc", &["--version"])),
+        ("Vulkan loader".into(), vulkan_loader()),
+        ("GPU backend".into(), "not in this version: everything runs on the CPU".into()),
+        ("scenes".into(), scenes(folder.as_deref())?),
+    ];
+    lines.push((
+        "disk for target/".into(),
+        if Path::new("target").is_dir() { "target/ exists" } else { "target/ will be made" }.into(),
+    ));
+    let text: String = lines.iter().map(|(name, value)| format!("{name:<18}{value}\n")).collect();
+    crate::print(&text);
+    Ok(())
+}
+
+fn first_line(program: &str, args: &[&str]) -> String {
+    let output = Command::new(program).args(args).output().ok().filter(|output| output.status.success());
+    output
+        .and_then(|output| String::from_utf8_lossy(&output.stdout).lines().next().map(str::to_owned))
+        .unwrap_or_else(|| "not found".into())
+}
+
+fn vulkan_loader() -> String {
+    let known = [
+        "/usr/lib/x86_64-linux-gnu/libvulkan.so.1",
+        "/usr/lib/aarch64-linux-gnu/libvulkan.so.1",
+        "/usr/lib/libvulkan.so.1",
+        "/usr/lib64/libvulkan.so.1",
+    ];
+    match known.iter().find(|path| Path::new(path).exists()) {
+        Some(path) => format!("{path} (cargo xtask test --install-software-gpu adds a software driver)"),
+        None => "not found (cargo xtask test --install-software-gpu installs one on Debian)".into(),
+    }
+}
+
+fn scenes(folder: Option<&Path>) -> Outcome<String> {
+    let Some(folder) = folder else {
+        return Ok("AIRLIGHT_SCENES is not set: generated scenes stand in for the models".into());
+    };
+    let setups = Setups::load(Some(folder))?;
+    let count = if setups.has_folder() { setups.sources().len() } else { 0 };
+    Ok(format!("{}: {count} of the known scenes", folder.display()))
+}
