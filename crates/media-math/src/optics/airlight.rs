@@ -82,8 +82,9 @@ pub(crate) fn airlight_with<T: Real, S: Spectrum<T>>(
     } else {
         (sigma_t.map(|sigma_t| integral(&span, sigma_t)), sigma_t.map(half))
     };
-    let power = medium.sigma_s().times(half).times(intensity);
-    power.times(integral.times(half).scale(T::one() / span.unit))
+    // in this order the product of a tiny piece and a thick medium does not pass through a subnormal number
+    let arriving = medium.sigma_s().times(intensity).times(half);
+    arriving.times(integral.scale(T::one() / span.unit)).times(half)
 }
 
 /// ∫ p e^(−σ_t(R − R₀))/d² dx for p = 1/(4π), in the span's unit of length.
@@ -94,20 +95,26 @@ pub(crate) fn isotropic_integral<T: Real>(span: &Span<T>, sigma_t: T) -> T {
     if short { short_integral(span, sigma_t) } else { tail_difference(span, sigma_t) }
 }
 
-/// Gauss-Legendre in s = tan(ξ − ξ₀)/h, through the half-angle so that the nodes need no trigonometry.
 #[inline]
 fn short_integral<T: Real>(span: &Span<T>, sigma_t: T) -> T {
+    let mut sum = T::zero();
+    for_each_short_node(span, |delta, weight| sum = sum + weight * (-sigma_t * delta).exp());
+    T::lit(0.5 * core::f64::consts::FRAC_1_PI) * sum
+}
+
+/// Gauss-Legendre in s = tan(ξ − ξ₀)/h, through the half-angle so that the nodes need no trigonometry: visits R − R₀
+/// and the weight of dR/(h² + R²).
+#[inline]
+pub(crate) fn for_each_short_node<T: Real>(span: &Span<T>, mut visit: impl FnMut(T, T)) {
     let (one, h, r0) = (T::one(), span.h, span.r0);
     let hq = h * span.q;
     let p = span.q / (one + (one + hq * hq).sqrt());
     let m = h * h + r0 * r0;
     let hp2 = h * h * p * p;
-    let sum = gauss_legendre::<T>(T::SHORT_NODES).fold(T::zero(), |sum, (y, w)| {
+    for (y, w) in gauss_legendre::<T>(T::SHORT_NODES) {
         let s = p * (one + y) / (one - hp2 * y);
-        let delta = m * s / (one - r0 * s);
-        sum + w * (-sigma_t * delta).exp() / (one + hp2 * y * y)
-    });
-    T::lit(0.5 * core::f64::consts::FRAC_1_PI) * p * sum
+        visit(m * s / (one - r0 * s), p * w / (one + hp2 * y * y));
+    }
 }
 
 /// [G(R₀) − e^(−σ_t ΔR) G(R₁)]/(2πh): exact for every interval, accurate for long ones.

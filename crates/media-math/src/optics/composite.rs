@@ -54,9 +54,10 @@ pub fn airlight_anisotropic<T: Real, S: Spectrum<T>>(
         let light = intensity(node.distance, node.cos_emission);
         light.times(sigma_t.map(|sigma_t| (-sigma_t * node.path_excess).exp()))
     });
-    let near = x0 + (x0 - foot.x_foot).hypot(foot.h);
-    // in two halves, each representable long after the whole is not
-    let half = sigma_t.map(|sigma_t| (T::lit(-0.5) * (sigma_t * near)).exp());
+    let Some(span) = Span::new(foot, x0, x1) else {
+        return sum;
+    };
+    let half = sigma_t.map(|sigma_t| span.half_transmittance(sigma_t * span.unit));
     medium.sigma_s().times(half).times(sum.times(half))
 }
 
@@ -143,6 +144,14 @@ fn for_each_node<T: Real>(span: &Span<T>, sigma_t: T, scale: T, mut visit: impl 
     let (one, half, h) = (T::one(), T::lit(0.5), span.h);
     let start = scale * h;
     let from = span.r0 + start;
+    // nothing turns within so short a piece: the short form's rule does with fewer nodes, and where R itself
+    // underflows it still holds
+    if span.dr <= T::lit(0.25) * from && sigma_t * span.dr <= one {
+        super::airlight::for_each_short_node(span, |delta, weight| {
+            visit(Node { r: span.r0 + delta, delta, weight: T::lit(2.0) * weight });
+        });
+        return;
+    }
     // nothing is left beyond: attenuated away, or so far that distance alone makes it vanish
     let far = (span.r0 + h) * T::lit(T::PANEL_FAR);
     let reach = if sigma_t > T::zero() { (T::lit(T::PANEL_CUT) / sigma_t).min(far) } else { far };

@@ -39,7 +39,7 @@ pub fn airlight_equiangular<T: Real, S: Spectrum<T>>(
         sum = sum.plus(sigma_t.map(|sigma_t| weight * (-sigma_t * (r - span.r0)).exp()));
     }
     let half = sigma_t.map(|sigma_t| span.half_transmittance(sigma_t));
-    medium.sigma_s().times(half).times(intensity).times(sum.times(half).scale(T::one() / span.unit))
+    medium.sigma_s().times(intensity).times(half).times(sum.scale(T::one() / span.unit)).times(half)
 }
 
 #[cfg(test)]

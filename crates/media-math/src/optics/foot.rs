@@ -61,11 +61,46 @@ pub(crate) struct Span<T> {
     /// ΔR/(h² + R₀R₁) = tan(ξ₁ − ξ₀)/h.
     pub(crate) q: T,
     /// x₀ + d₀: the way of the light that is scattered at the near end.
-    pub(crate) near: T,
+    near: T,
+    /// What `near` was rounded from.
+    near_end: NearEnd<T>,
     /// θ₁ − θ₀, the angle that the interval subtends at the light, is atan2 of these two.
     pub(crate) angle: (T, T),
     /// Metres per unit of length used here.
     pub(crate) unit: T,
+}
+
+/// Optical depth from which the rounding of the exponent matters.
+const THICK: f64 = 8.0;
+
+/// The near end of an interval, with what its distance from the foot lost to rounding.
+#[derive(Debug, Clone, Copy)]
+struct NearEnd<T> {
+    x0: T,
+    /// x₀ − x_f, rounded, and the rest.
+    a0: (T, T),
+    /// √(a₀² + h²); 0 where there is no such triangle.
+    d0: T,
+}
+
+impl<T: Real> NearEnd<T> {
+    /// (x₀ + d₀) − `near` to twice the working precision, from the exact squares.
+    fn lost(&self, h: T, near: T) -> T {
+        let ((a, a_lost), d) = (self.a0, self.d0);
+        let square = |x: T| (x * x, x.mul_add(x, -(x * x)));
+        let ((a2, a2_lost), (h2, h2_lost), (d2, d2_lost)) = (square(a), square(h), square(d));
+        let (large, small) = if a2 > h2 { (a2, h2) } else { (h2, a2) };
+        // a² + h² − d² = 2d·(what d lost)
+        let rest = ((large - d2) + small) + ((a2_lost + h2_lost) - d2_lost);
+        let d_lost = (T::lit(0.5) * rest + a * a_lost) / d;
+        d_lost + lost_by_adding(self.x0, d, near)
+    }
+}
+
+/// The rounding error of `sum` = a + b.
+fn lost_by_adding<T: Real>(a: T, b: T, sum: T) -> T {
+    let b_part = sum - a;
+    (a - (sum - b_part)) + (b - b_part)
 }
 
 impl<T: Real> Span<T> {
@@ -79,6 +114,7 @@ impl<T: Real> Span<T> {
         }
         // each end from the foot by itself: near the light the difference is exact, the length is not
         let (mut a0, mut a1, mut h, mut length) = (x0 - foot.x_foot, x1 - foot.x_foot, foot.h.abs(), x1 - x0);
+        let mut a0_lost = lost_by_adding(x0, -foot.x_foot, a0);
         let mut near = x0;
         let mut unit = T::one();
         let mut scale = a0.abs().max(h);
@@ -88,16 +124,17 @@ impl<T: Real> Span<T> {
         if !(T::lit(1e-3)..T::lit(1e6)).contains(&scale) {
             unit = power_of_two_near(scale);
             let per_unit = T::one() / unit;
-            (a0, a1, h) = (a0 * per_unit, a1 * per_unit, h * per_unit);
+            (a0, a1, a0_lost, h) = (a0 * per_unit, a1 * per_unit, a0_lost * per_unit, h * per_unit);
             (length, near) = (length * per_unit, near * per_unit);
             scale = scale * per_unit;
         }
-        let d0;
+        h = h.max(T::lit(T::MIN_RELATIVE_H) * scale);
+        let h2 = h * h;
+        let d0 = (a0 * a0 + h2).sqrt();
+        let near_end = NearEnd { x0: near, a0: (a0, a0_lost), d0 };
+        let near = near + d0;
         let span = if a1 < zero {
             // all of it before the light: R = h²/(d − a), and the h² is taken out of q, which stays finite on the axis
-            h = h.max(T::lit(T::MIN_RELATIVE_H) * scale);
-            let h2 = h * h;
-            d0 = (a0 * a0 + h2).sqrt();
             let d1 = (a1 * a1 + h2).sqrt();
             let (rho0, rho1) = (T::one() / (d0 - a0), T::one() / (d1 - a1));
             let slope = length * (rho0 + rho1) / (d0 + d1);
@@ -107,25 +144,32 @@ impl<T: Real> Span<T> {
                 dr: h2 * slope,
                 q: slope / (T::one() + h2 * rho0 * rho1),
                 near,
+                near_end,
                 angle: (h * length, h2 + a0 * a1),
                 unit,
             }
         } else {
-            h = h.max(T::lit(T::MIN_RELATIVE_H) * scale);
-            let h2 = h * h;
-            d0 = (a0 * a0 + h2).sqrt();
             let r0 = if a0 < zero { h2 / (d0 - a0) } else { d0 + a0 };
             // beyond this the far end cannot be told from infinity, and its square would overflow
             if a1 > T::lit(T::FAR) * scale {
-                Self { h, r0, dr: T::infinity(), q: T::one() / r0, near, angle: (h, a0), unit }
+                Self { h, r0, dr: T::infinity(), q: T::one() / r0, near, near_end, angle: (h, a0), unit }
             } else {
                 let d1 = (a1 * a1 + h2).sqrt();
                 let r1 = d1 + a1;
                 let dr = length * (r0 + r1) / (d0 + d1);
-                Self { h, r0, dr, q: dr / (h2 + r0 * r1), near, angle: (h * length, h2 + a0 * a1), unit }
+                Self {
+                    h,
+                    r0,
+                    dr,
+                    q: dr / (h2 + r0 * r1),
+                    near,
+                    near_end,
+                    angle: (h * length, h2 + a0 * a1),
+                    unit,
+                }
             }
         };
-        Some(Self { near: span.near + d0, ..span })
+        Some(span)
     }
 
     /// The interval of ξ from `v0` to `v1` in F's integral, as a span with h = 1 m and x_f = 0.
@@ -145,6 +189,7 @@ impl<T: Real> Span<T> {
             dr,
             q: sine / (v1 - v0).cos(),
             near: r0,
+            near_end: NearEnd { x0: r0, a0: (T::zero(), T::zero()), d0: T::zero() },
             angle: (double.sin(), double.cos()),
             unit: one,
         })
@@ -153,10 +198,17 @@ impl<T: Real> Span<T> {
     /// √(e^(−σ_t(x₀ + d₀))), with σ_t per unit of the span's length.
     ///
     /// The transmittance is applied in two halves: in a thick medium each is representable long after the whole is
-    /// not, and a bright light may bring the product back into range.
+    /// not, and a bright light may bring the product back into range. In a thick medium the rounding of the exponent is
+    /// the largest error of all, so there it is made up for.
     #[inline]
     pub(crate) fn half_transmittance(&self, sigma_t: T) -> T {
-        (T::lit(-0.5) * (sigma_t * self.near)).exp()
+        let depth = sigma_t * self.near;
+        let rounded = (T::lit(-0.5) * depth).exp();
+        if !(depth > T::lit(THICK)) || self.near_end.d0 == T::zero() {
+            return rounded;
+        }
+        let lost = sigma_t.mul_add(self.near, -depth) + sigma_t * self.near_end.lost(self.h, self.near);
+        rounded * (T::one() - T::lit(0.5) * lost)
     }
 }
 
