@@ -6,6 +6,7 @@ use std::process::Command;
 use clap::Args;
 
 use crate::failure::{Failure, Outcome};
+use crate::gpu;
 
 /// Run every test.
 #[derive(Debug, Args)]
@@ -32,20 +33,49 @@ pub(crate) struct BenchArgs {
 const SOFTWARE_GPU: [&str; 2] = ["mesa-vulkan-drivers", "libvulkan1"];
 
 pub(crate) fn test(args: &TestArgs) -> Outcome {
-    if let Some(name) = &args.adapter {
-        return Err(Failure::input(format!("--adapter {name}: this version has no GPU backend")));
-    }
     if args.install_software_gpu {
         install_software_gpu()?;
     }
-    // one build for all: the CPU crates in dev, with debug assertions and overflow checks
-    let done = cargo(&["test", "--workspace", "--locked"])?;
-    crate::print(if args.no_gpu {
-        "GPU tests: left out as asked\n"
-    } else {
-        "GPU tests: 0, this version has no GPU backend\n"
-    });
+    let gpu = if args.no_gpu { None } else { gpu::open(args.adapter.as_deref())? };
+    // the CPU crates in dev, with debug assertions and overflow checks; what needs wgpu shares the release build
+    let mut done =
+        cargo(&["test", "--workspace", "--exclude", "gpu-backend", "--exclude", "xtask", "--locked"], &[])?;
+    let release = ["test", "--release", "--package", "gpu-backend", "--package", "xtask", "--locked"];
+    match &gpu {
+        Some(gpu) => {
+            // from here on a GPU test that does not run is a failure
+            let mut environment = vec![("REQUIRE_GPU", "1")];
+            environment.extend(args.adapter.as_deref().map(|name| ("AIRLIGHT_ADAPTER", name)));
+            done &= cargo(&release, &environment)?;
+            crate::print(&format!("GPU tests: {} ran on {}\n", gpu_tests()?, gpu.info.name));
+        }
+        None => {
+            done &= cargo(&[&release[..], &["--lib", "--bins"]].concat(), &[])?;
+            let why =
+                if args.no_gpu { "as asked" } else { "for want of an adapter; see --install-software-gpu" };
+            crate::print(&format!("GPU tests: {} did not run, {why}\n", gpu_tests()?));
+        }
+    }
     if done { Ok(()) } else { Err(Failure::program("tests failed")) }
+}
+
+/// How many tests need a GPU: all of the backend's integration tests.
+fn gpu_tests() -> Outcome<usize> {
+    let list = [
+        "test",
+        "--quiet",
+        "--release",
+        "--package",
+        "gpu-backend",
+        "--test",
+        "*",
+        "--locked",
+        "--",
+        "--list",
+    ];
+    let output = Command::new(program()).args(list).output();
+    let output = output.map_err(|e| Failure::program(format!("cargo: {e}")))?;
+    Ok(String::from_utf8_lossy(&output.stdout).lines().filter(|line| line.ends_with(": test")).count())
 }
 
 pub(crate) fn bench(args: &BenchArgs) -> Outcome {
@@ -53,16 +83,19 @@ pub(crate) fn bench(args: &BenchArgs) -> Outcome {
     if let Some(filter) = &args.filter {
         command.extend(["--", filter]);
     }
-    if cargo(&command)? { Ok(()) } else { Err(Failure::program("benchmarks failed")) }
+    if cargo(&command, &[])? { Ok(()) } else { Err(Failure::program("benchmarks failed")) }
+}
+
+fn program() -> std::ffi::OsString {
+    std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into())
 }
 
 /// Runs cargo with this process's terminal; whether it succeeded.
-fn cargo(args: &[&str]) -> Outcome<bool> {
-    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+fn cargo(args: &[&str], environment: &[(&str, &str)]) -> Outcome<bool> {
     // what was said so far comes before what cargo says
     let _ = std::io::stdout().flush();
     tracing::info!("cargo {}", args.join(" "));
-    let status = Command::new(cargo).args(args).status();
+    let status = Command::new(program()).args(args).envs(environment.iter().copied()).status();
     status.map(|status| status.success()).map_err(|e| Failure::program(format!("cargo: {e}")))
 }
 

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use clap::Args;
+use gpu_backend::{GpuContext, software_or_hardware};
 
 use crate::experiments::{cpu, revision};
 use crate::failure::Outcome;
@@ -21,7 +22,7 @@ pub(crate) fn run(_args: &DoctorArgs) -> Outcome {
         ("processor".into(), cpu.name),
         ("rustc".into(), first_line("rustc", &["--version"])),
         ("Vulkan loader".into(), vulkan_loader()),
-        ("GPU backend".into(), "not in this version: everything runs on the CPU".into()),
+        ("GPU adapter".into(), adapter()),
         ("scenes".into(), scenes(folder.as_deref())?),
     ];
     lines.push((
@@ -38,6 +39,13 @@ fn first_line(program: &str, args: &[&str]) -> String {
     output
         .and_then(|output| String::from_utf8_lossy(&output.stdout).lines().next().map(str::to_owned))
         .unwrap_or_else(|| "not found".into())
+}
+
+fn adapter() -> String {
+    match GpuContext::headless(None) {
+        Ok(gpu) => format!("{} ({}, {})", gpu.info.name, gpu.info.backend, software_or_hardware(&gpu.info)),
+        Err(error) => format!("{error}: everything runs on the CPU"),
+    }
 }
 
 fn vulkan_loader() -> String {

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
+use gpu_backend::{AirlightProbe, GpuContext, Problem};
 use media_math::{
     Boundary, CompensatedSum, Foot, HoffmanPreetham, HomogeneousMedium, MieNormalisation, PhaseFunction,
     Real, airlight, signed_airlight, sun_f, sun_f_difference,
@@ -13,6 +14,7 @@ use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
 use crate::failure::{Failure, Outcome};
+use crate::gpu;
 use crate::output_file;
 
 /// What the cases of a file ask for.
@@ -45,9 +47,7 @@ pub(crate) struct EvalArgs {
 
 pub(crate) fn run(args: &EvalArgs) -> Outcome {
     output_file::check_writable(&args.output)?;
-    if let Some(name) = &args.adapter {
-        return Err(Failure::input(format!("--adapter {name}: this build has no GPU backend")));
-    }
+    let gpu = gpu::open(args.adapter.as_deref())?;
     let results = match args.kind {
         Kind::F => {
             let file: FFile = read(&args.cases)?;
@@ -57,11 +57,13 @@ pub(crate) fn run(args: &EvalArgs) -> Outcome {
         }
         Kind::Airlight => {
             let file: Cases<AirlightCase> = read(&args.cases)?;
-            each(&args.cases, &file.cases, AirlightCase::result)?
+            let results = each(&args.cases, &file.cases, AirlightCase::result)?;
+            with_gpu(gpu.as_ref(), results, file.cases.iter().map(AirlightCase::problem))?
         }
         Kind::Intervals => {
             let file: Rays = read(&args.cases)?;
-            each(&args.cases, &file.rays, RayCase::result)?
+            let results = each(&args.cases, &file.rays, RayCase::result)?;
+            with_gpu(gpu.as_ref(), results, file.rays.iter().map(RayCase::problem))?
         }
         Kind::HoffmanPreetham => {
             let file: Cases<HoffmanPreethamCase> = read(&args.cases)?;
@@ -77,6 +79,23 @@ fn read<T: DeserializeOwned>(path: &Path) -> Outcome<T> {
     let name = path.display();
     let text = std::fs::read(path).map_err(|e| Failure::input(format!("{name}: {e}")))?;
     serde_json::from_slice(&text).map_err(|e| Failure::input(format!("{name}: {e}")))
+}
+
+/// Fills `gpu` of every result whose case has a problem for it; without an adapter it stays null.
+fn with_gpu(
+    gpu: Option<&GpuContext>,
+    mut results: Vec<Value>,
+    problems: impl Iterator<Item = Option<Lit>>,
+) -> Outcome<Vec<Value>> {
+    let Some(gpu) = gpu else { return Ok(results) };
+    let (places, problems): (Vec<usize>, Vec<Lit>) =
+        problems.enumerate().filter_map(|(place, problem)| Some((place, problem?))).unzip();
+    let values =
+        AirlightProbe::new(gpu).and_then(|probe| probe.evaluate(&problems)).map_err(Failure::program)?;
+    for (place, value) in places.into_iter().zip(values) {
+        results[place]["gpu"] = number(value);
+    }
+    Ok(results)
 }
 
 /// The results of all cases in order; the first bad case fails the file.
@@ -115,6 +134,15 @@ enum PhaseCase {
 }
 
 impl PhaseCase {
+    /// The asymmetry of a phase function that the GPU's probe knows.
+    fn asymmetry(&self, g_instead: Option<f64>) -> Option<f32> {
+        match *self {
+            Self::Isotropic => Some(0.0),
+            Self::Hg { g } => Some(g_instead.unwrap_or(g) as f32),
+            Self::Rayleigh | Self::RayleighMie { .. } => None,
+        }
+    }
+
     /// The phase function, with g taken from elsewhere where that is given.
     fn phase<T: Real>(&self, g_instead: Option<f64>) -> Result<PhaseFunction<T>, String> {
         let pick = |g: f64| T::lit(g_instead.unwrap_or(g));
@@ -175,7 +203,23 @@ struct F32Block {
     value: Option<f64>,
 }
 
+/// A problem for the GPU and its lit intervals.
+type Lit = (Problem, Vec<[f32; 2]>);
+
 impl AirlightCase {
+    fn problem(&self) -> Option<Lit> {
+        let block = self.f32.as_ref().filter(|block| block.value.is_some())?;
+        let problem = Problem {
+            sigma_s: block.kappa_s as f32,
+            sigma_t: block.kappa_t as f32,
+            intensity: block.intensity as f32,
+            x_foot: block.x_foot as f32,
+            h: block.h as f32,
+            g: self.phase.asymmetry(block.g)?,
+        };
+        Some((problem, vec![[block.x0 as f32, block.x1 as f32]]))
+    }
+
     fn result(&self) -> Result<Value, String> {
         let wide = match &self.foot {
             Some(FootBlock { x_foot, h, value: Some(_) }) => number(interval(
@@ -222,6 +266,18 @@ struct RayCase {
 }
 
 impl RayCase {
+    fn problem(&self) -> Option<Lit> {
+        let problem = Problem {
+            sigma_s: self.kappa_s as f32,
+            sigma_t: self.kappa_t as f32,
+            intensity: self.intensity as f32,
+            x_foot: self.x_foot as f32,
+            h: self.h as f32,
+            g: self.phase.asymmetry(None)?,
+        };
+        Some((problem, self.lit_intervals.iter().map(|&[a, b]| [a as f32, b as f32]).collect()))
+    }
+
     fn result(&self) -> Result<Value, String> {
         Ok(json!({
             "f64": number(self.paired::<f64>()?),

@@ -10,6 +10,7 @@ mod doctor;
 mod eval;
 mod experiments;
 mod failure;
+mod gpu;
 mod image_file;
 mod metrics;
 mod output_file;
@@ -63,7 +64,7 @@ fn print(text: &str) {
 /// Plain lines on stderr: what a default was, what a flag did not do.
 fn start_log() {
     let filter = tracing_subscriber::EnvFilter::try_from_default_env()
-        .unwrap_or_else(|_| tracing_subscriber::EnvFilter::new("info"));
+        .unwrap_or_else(|_| tracing_subscriber::EnvFilter::new("off,xtask=info"));
     tracing_subscriber::fmt()
         .with_env_filter(filter)
         .with_writer(std::io::stderr)

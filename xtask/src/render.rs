@@ -115,7 +115,9 @@ impl Backend {
             (_, Some(name)) => {
                 Err(Failure::input(format!("--adapter {name}: this version has no GPU backend")))
             }
-            (Self::Gpu, None) => Err(Failure::input("--backend gpu: this version has no GPU backend")),
+            (Self::Gpu, None) => {
+                Err(Failure::input("--backend gpu: no technique of this version runs on a GPU"))
+            }
             _ => Ok(()),
         }
     }

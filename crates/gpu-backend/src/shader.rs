@@ -1,0 +1,130 @@
+//! The shader library: WGSL files that import shared ones, put together here.
+//!
+//! A line `#import NAME` stands for `shaders/shared/NAME.wgsl`; each file comes in once. Nothing else is preprocessed:
+//! variants use WGSL's own `override` constants.
+
+use crate::GpuError;
+
+/// A shader file of the library.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct File {
+    /// Path under `shaders/` without its ending.
+    pub name: &'static str,
+    /// Its text.
+    pub text: &'static str,
+}
+
+macro_rules! files {
+    ($($name:literal),* $(,)?) => {
+        &[$(File { name: $name, text: include_str!(concat!("../shaders/", $name, ".wgsl")) }),*]
+    };
+}
+
+/// Files that others import: pure functions and structs, no bindings.
+pub const SHARED: &[File] = files!["shared/airlight", "shared/elementary"];
+
+/// Passes: one entry point each.
+pub const PASSES: &[File] = files!["probe/airlight"];
+
+/// The text of a pass with everything that it imports in front.
+///
+/// # Errors
+/// [`GpuError::Shader`] if the pass is unknown, an import is, or files import each other in a circle.
+pub fn assemble(pass: &str) -> Result<String, GpuError> {
+    let file = find(PASSES, pass, pass)?;
+    let mut done = Vec::new();
+    let mut text = String::new();
+    append(file, &mut Vec::new(), &mut done, &mut text)?;
+    Ok(text)
+}
+
+fn find(files: &'static [File], name: &str, asked_by: &str) -> Result<&'static File, GpuError> {
+    files.iter().find(|file| file.name == name).ok_or_else(|| GpuError::Shader {
+        file: asked_by.to_owned(),
+        reason: format!("there is no file {name}.wgsl"),
+    })
+}
+
+/// Appends what `file` imports, then `file`; `path` is how it was reached.
+fn append(
+    file: &'static File,
+    path: &mut Vec<&'static str>,
+    done: &mut Vec<&'static str>,
+    text: &mut String,
+) -> Result<(), GpuError> {
+    if done.contains(&file.name) {
+        return Ok(());
+    }
+    if path.contains(&file.name) {
+        let circle = path.join(" -> ");
+        return Err(GpuError::Shader {
+            file: file.name.to_owned(),
+            reason: format!("imports itself: {circle} -> {}", file.name),
+        });
+    }
+    path.push(file.name);
+    let import = |line: &'static str| line.strip_prefix("#import ").map(str::trim);
+    for name in file.text.lines().filter_map(import) {
+        append(find(SHARED, &format!("shared/{name}"), file.name)?, path, done, text)?;
+    }
+    path.pop();
+    done.push(file.name);
+    for line in file.text.lines().filter(|line| import(line).is_none()) {
+        text.push_str(line);
+        text.push('\n');
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+    use std::path::Path;
+
+    #[test]
+    fn every_pass_validates_without_a_gpu() {
+        assert!(!PASSES.is_empty());
+        for pass in PASSES {
+            let text = assemble(pass.name).unwrap();
+            let module = naga::front::wgsl::parse_str(&text)
+                .unwrap_or_else(|e| panic!("{}: {}", pass.name, e.emit_to_string(&text)));
+            let mut validator = naga::valid::Validator::new(
+                naga::valid::ValidationFlags::all(),
+                naga::valid::Capabilities::empty(),
+            );
+            validator
+                .validate(&module)
+                .unwrap_or_else(|e| panic!("{}: {}", pass.name, e.emit_to_string(&text)));
+            assert_eq!(module.entry_points.len(), 1, "{} has not one entry point", pass.name);
+        }
+    }
+
+    #[test]
+    fn no_file_is_an_orphan() {
+        let mut on_disk = BTreeSet::new();
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders");
+        for folder in std::fs::read_dir(&root).unwrap() {
+            let folder = folder.unwrap();
+            for file in std::fs::read_dir(folder.path()).unwrap() {
+                let name = file.unwrap().file_name().into_string().unwrap();
+                let stem = name.strip_suffix(".wgsl").expect("only shaders are here").to_owned();
+                on_disk.insert(format!("{}/{stem}", folder.file_name().into_string().unwrap()));
+            }
+        }
+        let known: BTreeSet<String> = SHARED.iter().chain(PASSES).map(|file| file.name.to_owned()).collect();
+        assert_eq!(on_disk, known);
+        for shared in SHARED {
+            let imported = format!("#import {}", shared.name.trim_start_matches("shared/"));
+            let users =
+                SHARED.iter().chain(PASSES).filter(|file| file.text.lines().any(|line| line == imported));
+            assert!(users.count() > 0, "nothing imports {}", shared.name);
+        }
+    }
+
+    #[test]
+    fn what_is_missing_is_named() {
+        let error = assemble("probe/nothing").unwrap_err().to_string();
+        assert!(error.contains("probe/nothing"), "{error}");
+    }
+}
