@@ -6,6 +6,7 @@ use clap::Args;
 
 use crate::experiments::{ALL, Context, Preset, cpu, revision};
 use crate::failure::{Failure, Outcome};
+use crate::gpu;
 use crate::render::Backend;
 use crate::report::{RunInfo, Section, write_report};
 use crate::setups::Setups;
@@ -48,7 +49,6 @@ pub(crate) fn run(args: &ReproArgs) -> Outcome {
         crate::print(&list);
         return Ok(());
     }
-    args.backend.check(args.adapter.as_deref())?;
     if let Some(unknown) = args.ids.iter().find(|id| ALL.iter().all(|entry| entry.id != **id)) {
         let known: Vec<&str> = ALL.iter().map(|entry| entry.id).collect();
         return Err(Failure::input(format!(
@@ -65,7 +65,14 @@ pub(crate) fn run(args: &ReproArgs) -> Outcome {
         // the reader's folder is elsewhere
         flags += " --scenes DIR";
     }
-    let context = Context { preset: args.preset, setups, adapter: cpu(), git: revision(), flags };
+    let gpu = match args.backend {
+        Backend::Cpu => None,
+        Backend::Auto | Backend::Gpu => gpu::open(args.adapter.as_deref())?,
+    };
+    if gpu.is_none() && args.backend == Backend::Gpu {
+        return Err(Failure::input("--backend gpu: there is no GPU adapter"));
+    }
+    let context = Context { gpu, preset: args.preset, setups, adapter: cpu(), git: revision(), flags };
     let mut sections: Vec<Section> = Vec::new();
     for entry in ALL.iter().filter(|entry| args.ids.is_empty() || args.ids.iter().any(|id| id == entry.id)) {
         tracing::info!("{}: {}", entry.id, entry.about);
@@ -85,7 +92,7 @@ pub(crate) fn run(args: &ReproArgs) -> Outcome {
             args.ids.iter().map(|id| format!(" {id}")).collect::<String>(),
             context.flags
         ),
-        notes: vec!["No GPU backend in this version: everything ran on the CPU implementations.".into()],
+        notes: vec!["Pictures are computed on the CPU in this version; on a GPU only the airlight integral is measured.".into()],
     };
     write_report(&report, &sections, &info)?;
     tracing::info!("report: {}", report.display());

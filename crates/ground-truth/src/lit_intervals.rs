@@ -20,6 +20,18 @@ impl<'a> ExactShadows<'a> {
     }
 }
 
+impl ExactShadows<'_> {
+    /// How many triangles are looked at for the shadows of `light` on `ray` within `span`: what the query costs.
+    pub fn candidates(&self, ray: &DRay, span: Interval, light: LightId) -> usize {
+        let plane = RayPlane::new(ray, &self.lights[light.0]);
+        let mut count = 0;
+        if !span.is_empty() {
+            self.bvh.for_each_in(&plane.region(span, self.bvh), |_| count += 1);
+        }
+        count
+    }
+}
+
 impl LitIntervals for ExactShadows<'_> {
     fn lit_intervals(&self, ray: &DRay, span: Interval, light: LightId, out: &mut Vec<Interval>) {
         out.clear();

@@ -2,6 +2,8 @@
 
 use std::process::Command;
 
+use gpu_backend::GpuContext;
+
 use crate::failure::Outcome;
 use crate::report::Section;
 use crate::report::data::{Adapter, Experiment};
@@ -41,6 +43,8 @@ pub(crate) struct Context {
     pub(crate) preset: Preset,
     pub(crate) setups: Setups,
     pub(crate) adapter: Adapter,
+    /// The GPU, where there is one.
+    pub(crate) gpu: Option<GpuContext>,
     pub(crate) git: String,
     /// Flags that repeat this run, after the experiment's name.
     pub(crate) flags: String,
