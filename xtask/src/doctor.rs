@@ -1,6 +1,6 @@
 //! `doctor`: what this machine has and what will run on it.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
 use clap::Args;
@@ -8,6 +8,7 @@ use gpu_backend::{GpuContext, software_or_hardware};
 
 use crate::experiments::{cpu, revision};
 use crate::failure::Outcome;
+use crate::repro::{SCENES, scenes_folder};
 use crate::setups::Setups;
 
 /// Say what this machine has and what will run on it.
@@ -16,14 +17,14 @@ pub(crate) struct DoctorArgs {}
 
 pub(crate) fn run(_args: &DoctorArgs) -> Outcome {
     let cpu = cpu();
-    let folder = std::env::var_os("AIRLIGHT_SCENES").map(PathBuf::from);
+    let folder = scenes_folder();
     let mut lines = vec![
         ("version".to_owned(), format!("{} ({})", env!("CARGO_PKG_VERSION"), revision())),
         ("processor".into(), cpu.name),
         ("rustc".into(), first_line("rustc", &["--version"])),
         ("Vulkan loader".into(), vulkan_loader()),
         ("GPU adapter".into(), adapter()),
-        ("scenes".into(), scenes(folder.as_deref())?),
+        ("scenes".into(), scenes(folder.as_deref())),
     ];
     lines.push((
         "disk for target/".into(),
@@ -61,11 +62,15 @@ fn vulkan_loader() -> String {
     }
 }
 
-fn scenes(folder: Option<&Path>) -> Outcome<String> {
+fn scenes(folder: Option<&Path>) -> String {
     let Some(folder) = folder else {
-        return Ok("AIRLIGHT_SCENES is not set: generated scenes stand in for the models".into());
+        return format!("{SCENES} is not set: generated scenes stand in for the models");
     };
-    let setups = Setups::load(Some(folder))?;
-    let count = if setups.has_folder() { setups.sources().len() } else { 0 };
-    Ok(format!("{}: {count} of the known scenes", folder.display()))
+    match Setups::load(Some((SCENES, folder))) {
+        Ok(setups) => {
+            let count = if setups.has_folder() { setups.sources().len() } else { 0 };
+            format!("{}: {count} of the known scenes", folder.display())
+        }
+        Err(failure) => failure.to_string(),
+    }
 }

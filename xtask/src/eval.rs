@@ -47,12 +47,20 @@ pub(crate) struct EvalArgs {
 
 pub(crate) fn run(args: &EvalArgs) -> Outcome {
     output_file::check_writable(&args.output)?;
+    output_file::check_distinct(&[("the cases", &args.cases), ("--output", &args.output)])?;
     let gpu = gpu::open(args.adapter.as_deref())?;
     let results = match args.kind {
         Kind::F => {
             let file: FFile = read(&args.cases)?;
-            let mut results: Vec<Value> = file.f.par_iter().map(FCase::result).collect();
-            results.par_extend(file.difference.par_iter().map(DifferenceCase::result));
+            if file.f.is_none() && file.difference.is_none() {
+                return Err(Failure::input(format!(
+                    "{}: has neither F nor difference",
+                    args.cases.display()
+                )));
+            }
+            let (f, difference) = (file.f.unwrap_or_default(), file.difference.unwrap_or_default());
+            let mut results: Vec<Value> = f.par_iter().map(FCase::result).collect();
+            results.par_extend(difference.par_iter().map(DifferenceCase::result));
             results
         }
         Kind::Airlight => {
@@ -77,7 +85,7 @@ pub(crate) fn run(args: &EvalArgs) -> Outcome {
 
 fn read<T: DeserializeOwned>(path: &Path) -> Outcome<T> {
     let name = path.display();
-    let text = std::fs::read(path).map_err(|e| Failure::input(format!("{name}: {e}")))?;
+    let text = output_file::read_input(path)?;
     serde_json::from_slice(&text).map_err(|e| Failure::input(format!("{name}: {e}")))
 }
 
@@ -167,6 +175,15 @@ fn interval<T: Real>(
     x1: T,
 ) -> Result<T, String> {
     let medium = HomogeneousMedium::with_extinction(sigma_s, sigma_t).map_err(|e| e.to_string())?;
+    for (name, holds) in [
+        ("intensity must be at least 0", intensity >= T::zero()),
+        ("h must be at least 0", foot.h >= T::zero()),
+        ("an interval must not end before it starts", x1 >= x0),
+    ] {
+        if !holds {
+            return Err(name.into());
+        }
+    }
     Ok(airlight(&medium, phase, intensity, foot, x0, x1))
 }
 
@@ -323,10 +340,9 @@ impl RayCase {
 
 #[derive(Deserialize)]
 struct FFile {
-    #[serde(rename = "F", default)]
-    f: Vec<FCase>,
-    #[serde(default)]
-    difference: Vec<DifferenceCase>,
+    #[serde(rename = "F")]
+    f: Option<Vec<FCase>>,
+    difference: Option<Vec<DifferenceCase>>,
 }
 
 #[derive(Deserialize)]

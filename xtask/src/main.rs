@@ -96,6 +96,10 @@ fn usage(error: &clap::Error) -> ExitCode {
         let _ = error.print();
         return ExitCode::SUCCESS;
     }
+    if error.kind() == clap::error::ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
+        say("error: no command given; cargo xtask help lists them");
+        return ExitCode::from(2);
+    }
     let text = error.to_string();
     let first =
         text.lines().take_while(|line| !line.is_empty() && !line.starts_with("Usage")).collect::<Vec<_>>();

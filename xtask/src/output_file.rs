@@ -1,4 +1,4 @@
-//! Output files that are either whole or absent.
+//! Files that commands read and write: outputs are either whole or absent.
 //!
 //! A command that computes for minutes asks [`check_writable`] first, so that a misspelt folder fails at once; what
 //! it computed then goes to a temporary file in the same folder and takes its name only when it is complete.
@@ -29,36 +29,87 @@ pub(crate) fn check_writable(path: &Path) -> Outcome {
     Ok(())
 }
 
-/// Writes a file through `fill`: to a temporary file in the same folder, then renamed.
+/// A file that is complete beside its place and only has to take its name.
+#[derive(Debug)]
+pub(crate) struct Staged {
+    path: PathBuf,
+    target: PathBuf,
+    /// Absent for a device or pipe, which was written to at once.
+    temporary: Option<NamedTempFile>,
+}
+
+impl Staged {
+    /// Gives the file its name. After this an older file of that name is gone.
+    pub(crate) fn commit(self) -> Outcome {
+        let Some(temporary) = self.temporary else { return Ok(()) };
+        temporary.persist(&self.target).map(drop).map_err(|error| unwritable(&self.path, &error.error))
+    }
+}
+
+/// Writes `bytes` beside `path`; what belongs together is staged first and committed when all of it is there.
 ///
 /// On an error the folder is as it was, an older file of that name included.
-pub(crate) fn write_atomically<W>(path: &Path, fill: W) -> Outcome
+pub(crate) fn stage(path: &Path, bytes: &[u8]) -> Outcome<Staged> {
+    stage_with(path, |file| file.write_all(bytes))
+}
+
+fn stage_with<W>(path: &Path, fill: W) -> Outcome<Staged>
 where
     W: FnOnce(&mut BufWriter<File>) -> io::Result<()>,
 {
     let target = resolve(path);
-    let result = if is_special(&target) {
-        // a device or pipe (such as /dev/stdout) must be written to, never replaced
-        OpenOptions::new().write(true).open(&target).and_then(|file| fill_and_flush(file, fill).map(drop))
-    } else {
-        write_beside(&target, fill)
+    let write = || {
+        if is_special(&target) {
+            // a device or pipe (such as /dev/stdout) must be written to, never replaced
+            let file = OpenOptions::new().write(true).open(&target)?;
+            return fill_and_flush(file, fill).map(|_| None);
+        }
+        let temporary = temporary_beside(&target)?;
+        fill_and_flush(temporary.as_file().try_clone()?, fill)?;
+        Ok(Some(temporary))
     };
-    result.map_err(|error| unwritable(path, &error))
+    let temporary = write().map_err(|error: io::Error| unwritable(path, &error))?;
+    Ok(Staged { path: path.to_owned(), target, temporary })
 }
 
-/// Writes bytes that are already in memory; see [`write_atomically`].
+/// Writes a file whole or not at all; see [`stage`].
 pub(crate) fn write_bytes(path: &Path, bytes: &[u8]) -> Outcome {
-    write_atomically(path, |file| file.write_all(bytes))
+    stage(path, bytes)?.commit()
 }
 
-fn write_beside<W>(target: &Path, fill: W) -> io::Result<()>
-where
-    W: FnOnce(&mut BufWriter<File>) -> io::Result<()>,
-{
-    let temporary = temporary_beside(target)?;
-    fill_and_flush(temporary.as_file().try_clone()?, fill)?;
-    temporary.persist(target).map_err(|error| error.error)?;
+/// Fails when two of the files of one command are the same: an output would replace an input or another output.
+pub(crate) fn check_distinct(files: &[(&str, &Path)]) -> Outcome {
+    let place = |path: &Path| {
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        fs::canonicalize(path).or_else(|_| {
+            Ok::<_, io::Error>(fs::canonicalize(folder)?.join(path.file_name().unwrap_or_default()))
+        })
+    };
+    for (i, (name, path)) in files.iter().enumerate() {
+        for (other_name, other) in &files[..i] {
+            if let (Ok(a), Ok(b)) = (place(path), place(other))
+                && a == b
+                && !is_special(&a)
+            {
+                return Err(Failure::input(format_args!(
+                    "{}: is both {other_name} and {name}",
+                    path.display()
+                )));
+            }
+        }
+    }
     Ok(())
+}
+
+/// A whole input file; anything but a regular file could be endless.
+pub(crate) fn read_input(path: &Path) -> Outcome<Vec<u8>> {
+    let read = || {
+        if !fs::metadata(path)?.is_file() {
+            return Err(io::Error::other("not a regular file"));
+        }
+        fs::read(path)
+    };
+    read().map_err(|error: io::Error| Failure::input(format_args!("{}: {error}", path.display())))
 }
 
 /// `into_inner` reports what a dropped `BufWriter` would swallow.
@@ -143,7 +194,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("out.txt");
         write_bytes(&path, b"old").unwrap();
-        let failed = write_atomically(&path, |file| {
+        let failed = stage_with(&path, |file| {
             file.write_all(b"half")?;
             Err(io::Error::other("disk full"))
         });

@@ -80,19 +80,19 @@ struct QualityArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=16384))]
     shadow_map: Option<u32>,
     /// `static`, `adaptive[:THRESHOLD]` or `delaunay[:METRES]`.
-    #[arg(long)]
+    #[arg(long, value_parser = parse_tessellation)]
     tessellation: Option<String>,
     /// Scattering is computed at this fraction of the resolution.
     #[arg(long, value_name = "1|2|4", value_parser = ["1", "2", "4"])]
     scattering_scale: Option<String>,
     /// Side of a voxel of the shared grid, in m.
-    #[arg(long, value_name = "M", value_parser = parse_distance)]
+    #[arg(long, value_name = "M", value_parser = parse_positive)]
     voxel_size: Option<f64>,
     /// Number of viewers.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     viewers: Option<u32>,
     /// Largest shadow_err that is accepted.
-    #[arg(long, value_name = "E", value_parser = parse_distance)]
+    #[arg(long, value_name = "E", value_parser = parse_positive)]
     target_error: Option<f64>,
 }
 
@@ -157,6 +157,29 @@ fn parse_distance(text: &str) -> Result<f64, String> {
     }
 }
 
+/// A finite number above 0.
+fn parse_positive(text: &str) -> Result<f64, String> {
+    parse_distance(text)
+        .ok()
+        .filter(|value| value.is_finite())
+        .ok_or("must be a finite number above 0".into())
+}
+
+fn parse_tessellation(text: &str) -> Result<String, String> {
+    let (kind, parameter) =
+        text.split_once(':').map_or((text, None), |(kind, parameter)| (kind, Some(parameter)));
+    let known = match kind {
+        "static" => parameter.is_none(),
+        "adaptive" | "delaunay" => parameter.is_none_or(|parameter| parse_positive(parameter).is_ok()),
+        _ => false,
+    };
+    if known {
+        Ok(text.to_owned())
+    } else {
+        Err("expected static, adaptive[:THRESHOLD] or delaunay[:METRES]".into())
+    }
+}
+
 fn parse_finite(text: &str) -> Result<f32, String> {
     match text.parse::<f32>() {
         Ok(value) if value.is_finite() => Ok(value),
@@ -169,19 +192,17 @@ pub(crate) fn run(args: &RenderArgs) -> Outcome {
     if args.visibility == Some(VisibilitySource::Map) {
         return Err(Failure::input("--visibility map: this version has no shadow maps; use bvh"));
     }
-    image_file::check_writable(&args.output)?;
     let error_path = args.against.map(|_| args.output.with_extension("error.png"));
-    for path in args.json.iter().chain(&error_path) {
-        output_file::check_writable(path)?;
-    }
+    check_files(args, error_path.as_deref())?;
     let setup = args.scene.resolve(&args.input)?;
     let bvh = Bvh::build(&setup.scene).map_err(|e| Failure::input(format!("{}: {e}", args.input)))?;
     let (technique, why) = match args.technique {
         Some(technique) => (technique, "asked for"),
         None => technique::choose(&setup),
     };
-    for technique in std::iter::once(technique).chain(args.against) {
-        technique::check(&setup, technique)?;
+    technique::check(&setup, technique, "--technique")?;
+    if let Some(against) = args.against {
+        technique::check(&setup, against, "--against")?;
     }
     setup.say_notes();
     args.quality.say_unused(technique);
@@ -196,38 +217,69 @@ pub(crate) fn run(args: &RenderArgs) -> Outcome {
         samples: args.quality.samples.unwrap_or(DEFAULT_SAMPLES),
     };
     let picture = technique::render(&setup, &bvh, technique, &options, &technique.name())?;
-    let comparison = match (args.against, &error_path) {
-        (Some(other), Some(path)) => Some(compare(&setup, &bvh, other, &options, &picture, path)?),
-        _ => None,
-    };
-    image_file::write(&args.output, &picture.image, args.exposure)?;
-    if let Some(path) = &args.json {
-        let text = describe(args, technique, why, &setup, &bvh, &picture, comparison.as_ref());
-        let text = serde_json::to_string_pretty(&text).map_err(Failure::program)?;
-        output_file::write_bytes(path, format!("{text}\n").as_bytes())?;
+    let unusable = picture.image.pixels.iter().flatten().filter(|value| !value.is_finite()).count();
+    if unusable > 0 {
+        return Err(Failure::program(format!(
+            "{}: {unusable} values of the picture are not finite: a light, a length or a coefficient is too large",
+            args.input
+        )));
     }
-    if let Some(figures) = comparison {
+    let mut files = vec![output_file::stage(
+        &args.output,
+        &image_file::encode(&args.output, &picture.image, args.exposure)?,
+    )?];
+    let mut figures = None;
+    if let (Some(against), Some(path)) = (args.against, &error_path) {
+        let (found, errors) = compare(&setup, &bvh, technique, against, &options, &picture)?;
+        files.push(output_file::stage(path, &errors)?);
+        figures = Some(found);
+    }
+    if let Some(path) = &args.json {
+        let text = describe(args, technique, why, &setup, &bvh, &picture, figures.as_ref());
+        let text = serde_json::to_string_pretty(&text).map_err(Failure::program)?;
+        files.push(output_file::stage(path, format!("{text}\n").as_bytes())?);
+    }
+    // all of it is written: only names are left to give
+    files.into_iter().try_for_each(output_file::Staged::commit)?;
+    if let Some(figures) = figures {
         crate::print(&format!("{figures}\n"));
     }
     Ok(())
 }
 
-/// Renders with `other`, writes the error picture, and returns the figures of `compare`.
+/// Every file of the command is another one, and the outputs can be written.
+fn check_files(args: &RenderArgs, error_picture: Option<&Path>) -> Outcome {
+    image_file::check_writable(&args.output)?;
+    let mut files = vec![("the scene", Path::new(&args.input)), ("--output", &*args.output)];
+    files.extend(args.scene.light_texture.as_deref().map(|path| ("--light-texture", path)));
+    for (name, path) in [("--json", args.json.as_deref()), ("the error picture", error_picture)] {
+        if let Some(path) = path {
+            output_file::check_writable(path)?;
+            files.push((name, path));
+        }
+    }
+    output_file::check_distinct(&files)
+}
+
+/// Renders with `other`; the figures of `compare` with the time that they belong to, and the error picture's PNG.
 fn compare(
     setup: &Setup,
     bvh: &Bvh,
+    technique: Technique,
     other: Technique,
     options: &Options,
     picture: &Picture,
-    error_path: &Path,
-) -> Outcome<Value> {
+) -> Outcome<(Value, Vec<u8>)> {
     let reference = technique::render(setup, bvh, other, options, &format!("{} (reference)", other.name()))?;
     let open = Options { shadows_in_medium: false, ..*options };
     let unshadowed = technique::render(setup, bvh, other, &open, "unshadowed")?;
     let figures = metrics::compare(&picture.image, &reference.image, Some(&unshadowed.image), None)?;
     let errors = image_file::error_picture(&picture.image, &reference.image)?;
-    output_file::write_bytes(error_path, &image_file::encode_png(&errors)?)?;
-    serde_json::to_value(figures).map_err(Failure::program)
+    let mut figures = serde_json::to_value(figures).map_err(Failure::program)?;
+    figures["technique"] = json!(technique.name());
+    figures["against"] = json!(other.name());
+    figures["ms"] = json!(picture.ms);
+    Ok((figures, image_file::encode_png(&errors)?))
 }
 
 fn describe(
@@ -239,7 +291,6 @@ fn describe(
     picture: &Picture,
     comparison: Option<&Value>,
 ) -> Value {
-    let marched = technique == Technique::BruteForce;
     json!({
         "scene": args.input,
         "size": [args.size.0, args.size.1],
@@ -253,7 +304,7 @@ fn describe(
         "triangles": setup.scene.triangle_count(),
         "lights": setup.lights.len(),
         "samples": picture.samples,
-        "rays": if marched { picture.samples } else { 0 },
+        "rays": picture.rays,
         "bytes": bvh.bytes() + picture.image.pixels.len() * size_of::<[f32; 3]>(),
     })
 }
@@ -294,6 +345,17 @@ mod tests {
         assert_eq!(parse_distance("inf"), Ok(f64::INFINITY));
         for bad in ["0", "-1", "nan", "m"] {
             assert!(parse_distance(bad).is_err(), "{bad}");
+        }
+        assert!(parse_positive("inf").is_err() && parse_positive("0.5").is_ok());
+    }
+
+    #[test]
+    fn tessellations_parse() {
+        for good in ["static", "adaptive", "adaptive:0.02", "delaunay:1e-3"] {
+            assert!(parse_tessellation(good).is_ok(), "{good}");
+        }
+        for bad in ["", "bogus", "static:1", "adaptive:", "delaunay:-1", "adaptive:inf"] {
+            assert!(parse_tessellation(bad).is_err(), "{bad}");
         }
     }
 }

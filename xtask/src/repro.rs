@@ -12,7 +12,7 @@ use crate::report::{RunInfo, Section, write_report};
 use crate::setups::Setups;
 
 /// Environment variable that names the scenes folder.
-const SCENES: &str = "AIRLIGHT_SCENES";
+pub(crate) const SCENES: &str = "AIRLIGHT_SCENES";
 
 /// Reproduce the papers' tables and figures.
 #[derive(Debug, Args)]
@@ -43,6 +43,11 @@ pub(crate) struct ReproArgs {
     strict: bool,
 }
 
+/// The scenes folder that the environment names; an empty name is none.
+pub(crate) fn scenes_folder() -> Option<PathBuf> {
+    std::env::var_os(SCENES).filter(|name| !name.is_empty()).map(PathBuf::from)
+}
+
 pub(crate) fn run(args: &ReproArgs) -> Outcome {
     if args.list {
         let list: String = ALL.iter().map(|entry| format!("{:<20}{}\n", entry.id, entry.about)).collect();
@@ -56,8 +61,11 @@ pub(crate) fn run(args: &ReproArgs) -> Outcome {
             known.join(", ")
         )));
     }
-    let folder = args.scenes.clone().or_else(|| std::env::var_os(SCENES).map(PathBuf::from));
-    let setups = Setups::load(folder.as_deref())?;
+    let setups = match (&args.scenes, scenes_folder()) {
+        (Some(folder), _) => Setups::load(Some(("--scenes", folder)))?,
+        (None, Some(folder)) => Setups::load(Some((SCENES, &folder)))?,
+        (None, None) => Setups::load(None)?,
+    };
     std::fs::create_dir_all(&args.out)
         .map_err(|e| Failure::input(format!("--out {}: cannot be made: {e}", args.out.display())))?;
     let mut flags = format!(" --preset {}", args.preset.name());

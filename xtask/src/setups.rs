@@ -79,19 +79,19 @@ pub(crate) struct Source {
 }
 
 impl Setups {
-    /// The built-in file, with meshes from `folder` where one is given.
-    pub(crate) fn load(folder: Option<&Path>) -> Outcome<Self> {
+    /// The built-in file, with meshes from a folder where one is given, by the flag or variable named with it.
+    pub(crate) fn load(folder: Option<(&str, &Path)>) -> Outcome<Self> {
         let file: File = toml::from_str(include_str!("../scenes.toml"))
             .map_err(|e| Failure::program(format!("scenes.toml: {e}")))?;
-        if let Some(folder) = folder
+        if let Some((name, folder)) = folder
             && !folder.is_dir()
         {
-            return Err(Failure::input(format!("--scenes {}: is not a folder", folder.display())));
+            return Err(Failure::input(format!("{name} {}: is not a folder", folder.display())));
         }
         Ok(Self {
             optical_depths: file.optical_depths,
             entries: file.scene,
-            folder: folder.map(Path::to_owned),
+            folder: folder.map(|(_, folder)| folder.to_owned()),
         })
     }
 
@@ -178,7 +178,7 @@ mod tests {
             );
             assert_eq!(entry.stand_in.is_some(), entry.stand_in_view.is_some(), "{}", entry.id);
         }
-        assert!(Setups::load(Some(Path::new("/nowhere/at/all"))).is_err());
+        assert!(Setups::load(Some(("--scenes", Path::new("/nowhere/at/all")))).is_err());
     }
 
     #[test]

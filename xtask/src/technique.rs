@@ -58,22 +58,26 @@ pub(crate) struct Picture {
     pub(crate) ms: f64,
     /// Steps marched, in all.
     pub(crate) samples: u64,
+    /// Shadow rays cast by a march.
+    pub(crate) rays: u64,
 }
 
 /// Fails if this version does not have the technique, or the technique cannot take the medium.
-pub(crate) fn check(setup: &Setup, technique: Technique) -> Outcome {
+///
+/// `flag` is what asked for it.
+pub(crate) fn check(setup: &Setup, technique: Technique, flag: &str) -> Outcome {
     match technique {
-        Technique::Exact => Reference::check(&setup.medium).map_err(refused),
+        Technique::Exact => Reference::check(&setup.medium).map_err(|refusal| refused(refusal, flag)),
         Technique::BruteForce => Ok(()),
         other => Err(Failure::input(format!(
-            "--technique {}: not in this version, which has exact and brute-force",
+            "{flag} {}: not in this version, which has exact and brute-force",
             other.name()
         ))),
     }
 }
 
-fn refused(refusal: scene::Refusal) -> Failure {
-    Failure::input(format!("--technique: {refusal}"))
+fn refused(refusal: scene::Refusal, flag: &str) -> Failure {
+    Failure::input(format!("{flag}: {refusal}"))
 }
 
 /// Renders `setup` with `technique`.
@@ -88,7 +92,7 @@ pub(crate) fn render(
     options: &Options,
     label: &str,
 ) -> Outcome<Picture> {
-    check(setup, technique)?;
+    check(setup, technique, "--technique")?;
     let settings = Settings {
         airlight_only: options.airlight_only,
         shadows_in_medium: options.shadows_in_medium,
@@ -100,12 +104,12 @@ pub(crate) fn render(
     let progress = Progress::new(label, u64::from(size.1));
     let tick = |rows| progress.inc(rows);
     let started;
-    let (pixels, samples) = match technique {
+    let (pixels, samples, rays) = match technique {
         Technique::Exact => {
-            let reference =
-                Reference::new(materials, bvh, &setup.medium, &setup.lights, settings).map_err(refused)?;
+            let reference = Reference::new(materials, bvh, &setup.medium, &setup.lights, settings)
+                .map_err(|refusal| refused(refusal, "--technique"))?;
             started = Instant::now();
-            (reference.render(&setup.camera, size, &tick), 0)
+            (reference.render(&setup.camera, size, &tick), 0, 0)
         }
         Technique::BruteForce => {
             let surfaces = Reference::surfaces(materials, bvh, &setup.medium, &setup.lights, settings);
@@ -118,25 +122,29 @@ pub(crate) fn render(
                 samples: options.samples,
                 model: setup.model,
             };
-            let samples = AtomicU64::new(0);
+            let (samples, rays) = (AtomicU64::new(0), AtomicU64::new(0));
             started = Instant::now();
             let pixels = render_rows(size, &tick, |x, y| {
                 let ray = setup.camera.pixel_ray(x, y, size);
                 let (hit, end) = surfaces.end_of(&ray);
                 let marched = march.airlight(&ray, end);
                 samples.fetch_add(marched.samples, Ordering::Relaxed);
+                rays.fetch_add(marched.rays, Ordering::Relaxed);
                 let surface = hit
                     .filter(|_| !options.airlight_only)
                     .map_or(glam::Vec3::ZERO, |hit| surfaces.surface_radiance(&ray, &hit).as_vec3());
                 (marched.airlight + surface).to_array()
             });
-            (pixels, samples.into_inner())
+            (pixels, samples.into_inner(), rays.into_inner())
         }
-        other => return check(setup, other).and(Err(Failure::program("a technique without a renderer"))),
+        other => {
+            return check(setup, other, "--technique")
+                .and(Err(Failure::program("a technique without a renderer")));
+        }
     };
     let ms = started.elapsed().as_secs_f64() * 1e3;
     progress.finish();
-    Ok(Picture { image: Image { width: size.0, height: size.1, pixels }, ms, samples })
+    Ok(Picture { image: Image { width: size.0, height: size.1, pixels }, ms, samples, rays })
 }
 
 /// What the scene needs: the exact reference, unless its medium has no analytic integral.

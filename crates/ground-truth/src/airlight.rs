@@ -77,7 +77,9 @@ impl Reference<'_> {
         let to_light = -sun.direction.as_dvec3().normalize();
         let phase = self.phase.value_between(to_light.to_array(), ray.direction.to_array());
         let irradiance = sun.irradiance.as_dvec3().to_array();
-        let Some(bounds) = &self.medium.bounds else {
+        // Hoffman and Preetham's model knows no extinction on the light's way
+        let attenuating = self.medium.bounds.as_ref().filter(|_| self.settings.model == AirlightModel::Sun);
+        let Some(bounds) = attenuating else {
             let sum = directional_airlight(&self.coefficients, phase, irradiance, piece.start, piece.end);
             return sum.into();
         };

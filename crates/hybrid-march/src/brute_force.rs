@@ -59,8 +59,10 @@ impl std::fmt::Debug for BruteForce<'_> {
 pub struct Marched {
     /// Radiance; units: W/(m²·sr).
     pub airlight: Vec3,
-    /// Steps at which visibility was asked, or the medium read.
+    /// Steps marched.
     pub samples: u64,
+    /// Times that visibility was asked: shadow rays, or lookups.
+    pub rays: u64,
 }
 
 impl BruteForce<'_> {
@@ -94,12 +96,14 @@ impl BruteForce<'_> {
             || match &self.lights[id.0] {
                 Light::Point(light) => local(light.position),
                 Light::Spot(light) => local(light.position),
-                Light::Directional(_) => self.medium.bounds.is_some(),
+                Light::Directional(_) => self.medium.bounds.is_some() && self.model == AirlightModel::Sun,
             }
     }
 
-    fn visibility(&self, ray: &DRay, x: f64, id: LightId) -> f32 {
-        self.occluders.map_or(1.0, |occluders| occluders.visibility.visibility(ray.at(x).as_vec3(), id))
+    fn visibility(&self, ray: &DRay, x: f64, id: LightId, sum: &mut Marched) -> f32 {
+        let Some(occluders) = &self.occluders else { return 1.0 };
+        sum.rays += 1;
+        occluders.visibility.visibility(ray.at(x).as_vec3(), id)
     }
 
     /// The part of the ray in which the light shines, and the distance at which the medium begins.
@@ -141,7 +145,7 @@ impl BruteForce<'_> {
         for step in piece.steps(span, self.samples) {
             sum.samples += 1;
             let middle = step.middle;
-            let visibility = self.visibility(ray, middle, id);
+            let visibility = self.visibility(ray, middle, id, sum);
             if visibility > 0.0 {
                 sum.airlight += visibility * piece.airlight(step.start, step.end, piece.intensity_at(middle));
             }
@@ -153,7 +157,7 @@ impl BruteForce<'_> {
         let mut run = (span.start, 0.0);
         for step in piece.steps(span, self.samples) {
             sum.samples += 1;
-            let visibility = self.visibility(ray, step.middle, id);
+            let visibility = self.visibility(ray, step.middle, id, sum);
             if visibility != run.1 {
                 sum.airlight += run.1 * piece.airlight(run.0, step.start, Vec3::ONE);
                 run = (step.start, visibility);
@@ -162,15 +166,38 @@ impl BruteForce<'_> {
         sum.airlight += run.1 * piece.airlight(run.0, span.end, Vec3::ONE);
     }
 
+    /// The part of an infinite span from which any light is left, in a varying medium; a finite span is kept.
+    ///
+    /// Where the density falls off, the ray may never become opaque: then the part that holds all but a millionth of
+    /// what lies on the ray.
+    fn until_opaque(&self, ray: &DRay, span: Interval) -> Interval {
+        if span.end.is_finite() {
+            return span;
+        }
+        let path = |end| self.medium.optical_path(ray, Interval::new(span.start, end));
+        let enough =
+            (MARCH_DEPTH / least_extinction(&self.medium.coefficients)).min(0.999999 * path(f64::INFINITY));
+        let (mut low, mut high) = (span.start, span.start + 1.0);
+        while path(high) < enough && high < 1e30 {
+            (low, high) = (high, 2.0 * high);
+        }
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if path(middle) < enough {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        Interval::new(span.start, high)
+    }
+
     /// Any medium: one step at a time, with the transmittance of the way so far.
     fn march_varying(&self, ray: &DRay, end: f64, id: Option<LightId>, sum: &mut Marched) {
         let unlit = Light::Point(scene::PointLight { position: Vec3::ZERO, intensity: Vec3::ZERO });
         let light = id.map_or(&unlit, |id| &self.lights[id.0]);
         let (span, entry) = self.lit_span(ray, end, light);
-        let sigma_least = self.medium.coefficients.sigma_t().into_iter().fold(f32::INFINITY, f32::min);
-        // what lies beyond is attenuated away
-        let reach = MARCH_DEPTH / f64::from(sigma_least).max(1e-30);
-        let span = Interval::new(span.start, span.end.min(span.start + reach));
+        let span = self.until_opaque(ray, span);
         let piece = Piece::new(self.medium, light, ray, entry);
         let (sigma_s, sigma_t) = (
             DVec3::from(self.medium.coefficients.sigma_s().map(f64::from)),
@@ -196,7 +223,7 @@ impl BruteForce<'_> {
                 radiance += emission * density * width * mean;
                 continue;
             };
-            let visibility = f64::from(self.visibility(ray, middle, id));
+            let visibility = f64::from(self.visibility(ray, middle, id, sum));
             if visibility == 0.0 {
                 continue;
             }
@@ -207,7 +234,7 @@ impl BruteForce<'_> {
                 (_, AirlightModel::Sun) => piece.intensity_at(middle).as_dvec3() * piece.inverse_square(step),
             };
             let light_path = match (light, self.model) {
-                (Light::Directional(_), _) | (_, AirlightModel::Sun) => self.medium.light_path(point, light),
+                (_, AirlightModel::Sun) => self.medium.light_path(point, light),
                 (_, AirlightModel::HoffmanPreetham) => 0.0,
             };
             let scattered = sigma_s * density * f64::from(piece.phase_at(middle));
@@ -215,6 +242,12 @@ impl BruteForce<'_> {
         }
         sum.airlight += radiance.as_vec3();
     }
+}
+
+/// The least extinction of the channels that are attenuated at all; infinite in clear air.
+fn least_extinction(coefficients: &HomogeneousMedium<f32, [f32; 3]>) -> f64 {
+    let attenuated = coefficients.sigma_t().into_iter().filter(|&sigma_t| sigma_t > 0.0);
+    f64::from(attenuated.fold(f32::INFINITY, f32::min))
 }
 
 /// A step of a march; the last one of an infinite ray has no end.
@@ -245,7 +278,7 @@ impl<'a> Piece<'a> {
             let to = position.as_dvec3() - ray.at(entry);
             let foot = Foot::new(to.to_array(), ray.direction.to_array());
             // a ray through the light itself has infinite airlight: move it aside by a rounding
-            let least = 1e-12 * to.length().max(1e-12);
+            let least = (1e-12 * to.length()).max(1e-12);
             Foot { x_foot: foot.x_foot as f32, h: foot.h.max(least) as f32 }
         };
         let (foot, sun_phase) = match light {
@@ -277,7 +310,7 @@ impl<'a> Piece<'a> {
         let samples = if span.is_empty() { 0 } else { samples };
         let (count, infinite) = (f64::from(samples), span.end.is_infinite());
         let (x_foot, h) = (self.entry + f64::from(self.foot.x_foot), f64::from(self.foot.h));
-        let sigma_t = f64::from(self.coefficients.sigma_t().into_iter().fold(f32::INFINITY, f32::min));
+        let sigma_t = least_extinction(&self.coefficients);
         let angle = ((span.start - x_foot) / h).atan();
         let directional = matches!(self.light, Light::Directional(_));
         let at = move |i: f64| {
@@ -384,6 +417,60 @@ mod tests {
             let uniform = march(&medium, &light, 4000, 8.0).airlight;
             let stepped = march(&varying, &light, 4000, 8.0).airlight;
             assert!((stepped / uniform - 1.0).abs().max_element() < 1e-4, "{light:?}: {stepped} {uniform}");
+        }
+    }
+
+    #[test]
+    fn thin_parts_of_a_dense_medium_are_marched_to_their_end() {
+        // a grid of density 0.001 in a medium of σ 10 is a box of σ 0.01
+        let bounds = Aabb { min: Vec3::new(-50.0, -50.0, -100.0), max: Vec3::splat(50.0) };
+        let grid = scene::DensityGrid::new([2, 2, 2], bounds, vec![0.001; 8]).unwrap();
+        let sparse = Medium {
+            density: Some(Density::Grid(grid)),
+            ..Medium::homogeneous([10.0; 3], [0.0; 3]).unwrap()
+        };
+        let thin = Medium { bounds: Some(bounds), ..Medium::homogeneous([0.01; 3], [0.0; 3]).unwrap() };
+        for light in lights() {
+            let light = [light];
+            let (a, b) =
+                (march(&sparse, &light, 4000, 90.0).airlight, march(&thin, &light, 4000, 90.0).airlight);
+            assert!((a / b - 1.0).abs().max_element() < 1e-3, "{light:?}: {a} {b}");
+        }
+        // height fog seen from far above it: nearly all of it lies ahead
+        let fog = Medium {
+            density: Some(Density::height(0.0, 5.0).unwrap()),
+            ..Medium::homogeneous([1.0; 3], [0.0; 3]).unwrap()
+        };
+        let down = DRay { origin: DVec3::new(0.0, 45.0, 0.0), direction: DVec3::NEG_Y };
+        let sun = [Light::Directional(DirectionalLight::new(Vec3::X, Vec3::ONE).unwrap())];
+        let march = BruteForce {
+            medium: &fog,
+            lights: &sun,
+            occluders: None,
+            samples: 20_000,
+            model: AirlightModel::Sun,
+        };
+        // all light is scattered in the end: p·E·(1 − e^(−∞))
+        let got = march.airlight(&down, f64::INFINITY).airlight.x;
+        let exact = 1.0 / (4.0 * std::f32::consts::PI);
+        assert!((got / exact - 1.0).abs() < 1e-3, "{got} {exact}");
+    }
+
+    #[test]
+    fn a_channel_without_medium_does_not_starve_the_others() {
+        let partly = Medium::homogeneous([0.3, 0.3, 0.0], [0.0; 3]).unwrap();
+        let grey = Medium::homogeneous([0.3; 3], [0.0; 3]).unwrap();
+        for light in lights() {
+            let light = [light];
+            for model in [AirlightModel::Sun, AirlightModel::HoffmanPreetham] {
+                let of = |medium| {
+                    BruteForce { medium, lights: &light, occluders: None, samples: 500, model }
+                        .airlight(&ray(), f64::INFINITY)
+                        .airlight
+                };
+                let (a, b): (Vec3, Vec3) = (of(&partly), of(&grey));
+                assert!((a.x / b.x - 1.0).abs() < 1e-4 && a.z == 0.0, "{light:?} {model:?}: {a} {b}");
+            }
         }
     }
 

@@ -3,6 +3,9 @@
 use crate::{Aabb, DRay, SceneError};
 use glam::{DVec2, DVec3, Vec3};
 
+/// Least field of view, and least distance from a half turn: neighbouring view rays still differ; units: rad.
+const LEAST_FOV: f32 = 1.7e-5;
+
 /// A perspective camera: right-handed, looking along `forward`, image row 0 at the top.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Camera {
@@ -31,8 +34,10 @@ impl Camera {
         if !(eye.is_finite() && target.is_finite() && up.is_finite()) {
             return bad("eye, target and up must be finite");
         }
-        if !(fov_y > 0.0 && fov_y < std::f32::consts::PI) {
-            return bad("the field of view must lie between 0 and 180 degrees");
+        if !(LEAST_FOV..std::f32::consts::PI - LEAST_FOV).contains(&fov_y) {
+            return bad(
+                "the field of view must lie between 0 and 180 degrees, at least a thousandth away from both",
+            );
         }
         // f64, so that a tiny or a huge scene does not lose its axes to rounding
         let forward = (target.as_dvec3() - eye.as_dvec3()).normalize_or_zero();

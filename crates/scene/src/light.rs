@@ -87,11 +87,14 @@ fn check_power(name: &str, value: Vec3) -> Result<(), SceneError> {
     }
 }
 
+/// Farthest that a local light may be from the origin: its square is still far from overflowing; units: m.
+const FARTHEST: f32 = 1e15;
+
 fn check_position(value: Vec3) -> Result<(), SceneError> {
-    if value.is_finite() {
+    if value.is_finite() && value.abs().max_element() <= FARTHEST {
         Ok(())
     } else {
-        Err(SceneError::Light(format!("position must be finite, got {value}")))
+        Err(SceneError::Light(format!("position must be finite and within {FARTHEST:e} m, got {value}")))
     }
 }
 

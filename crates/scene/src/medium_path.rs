@@ -30,13 +30,14 @@ impl Medium {
 
     /// ∫ density on the way from `point` to `light`; units: m.
     ///
-    /// A directional light reaches every point of an unbounded medium unattenuated: 0.
+    /// A directional light reaches every point of an unbounded medium unattenuated: 0. A density grid is bounded by
+    /// its box, as the medium is by its bounds.
     pub fn light_path(&self, point: DVec3, light: &Light) -> f64 {
         let position = match light {
             Light::Point(light) => light.position,
             Light::Spot(light) => light.position,
             Light::Directional(light) => {
-                if self.bounds.is_none() {
+                if self.bounds.is_none() && !matches!(self.density, Some(Density::Grid(_))) {
                     return 0.0;
                 }
                 let ray = DRay { origin: point, direction: -light.direction.as_dvec3().normalize() };

@@ -312,7 +312,7 @@ fn row(result: &Result, title: &str, triangles: u64, bvh: &Bvh, wyman: Option<&W
     if let Some(samples) = result.samples() {
         row.params.insert("samples".into(), json!(samples));
         row.samples = Some(result.picture.samples);
-        row.rays = Some(result.picture.samples);
+        row.rays = Some(result.picture.rays);
     }
     let fps = |value: f64| Some(Map::from_iter([("fps".to_owned(), json!(value))]));
     row.paper = wyman.and_then(|w| match result.setting {
@@ -418,7 +418,8 @@ fn paper_table(rows: &[Row]) -> Table {
 fn pictures(results: &[Result], source: &Source, medium: &str) -> Outcome<PictureRow> {
     let exact = &results[0].picture.image;
     let scale = exposure(exact);
-    let id = &source.entry.id;
+    // a stand-in's pictures do not carry the name of what it stands for
+    let id = source.title().replace("procedural:", "generated-");
     let mut panels = vec![Panel::new(
         format!("{id}-{medium}-exact.png"),
         "exact",

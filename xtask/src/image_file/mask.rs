@@ -5,8 +5,9 @@ use std::path::Path;
 
 use image::{ImageFormat, ImageReader};
 
-use super::{checked_size, read_bytes};
+use super::checked_size;
 use crate::failure::{Failure, Outcome};
+use crate::output_file::read_input;
 
 /// A choice of pixels, row 0 at the top.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -21,7 +22,7 @@ pub(crate) struct Mask {
 
 /// Reads a PNG mask: a pixel counts unless it is black. Alpha is ignored.
 pub(crate) fn read_mask(path: &Path) -> Outcome<Mask> {
-    decode(&read_bytes(path)?).map_err(|reason| Failure::input(format_args!("{}: {reason}", path.display())))
+    decode(&read_input(path)?).map_err(|reason| Failure::input(format_args!("{}: {reason}", path.display())))
 }
 
 fn decode(bytes: &[u8]) -> Result<Mask, String> {

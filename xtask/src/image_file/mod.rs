@@ -9,8 +9,6 @@ mod exr;
 mod mask;
 mod npy;
 
-use std::fs::{self, File};
-use std::io::{self, Read};
 use std::path::Path;
 
 pub(crate) use display::{Image8, encode_png, to_srgb8};
@@ -66,8 +64,8 @@ impl Format {
 /// float64 is rounded.
 pub(crate) fn read(path: &Path) -> Outcome<Image> {
     match Format::of(path) {
-        Some(Format::Npy) => npy::decode(&read_bytes(path)?),
-        Some(Format::Exr) => exr::decode(&read_bytes(path)?),
+        Some(Format::Npy) => npy::decode(&output_file::read_input(path)?),
+        Some(Format::Exr) => exr::decode(&output_file::read_input(path)?),
         _ => {
             return Err(Failure::input(format_args!(
                 "{}: a picture to read is .npy or .exr",
@@ -78,43 +76,35 @@ pub(crate) fn read(path: &Path) -> Outcome<Image> {
     .map_err(|reason| Failure::input(format_args!("{}: {reason}", path.display())))
 }
 
-/// Fails unless [`write()`] can write `path`; leaves nothing behind. For calling before long work.
+/// Fails unless `path` can be written and has a picture's extension; leaves nothing behind. For calling before long work.
 pub(crate) fn check_writable(path: &Path) -> Outcome {
     format_to_write(path)?;
     output_file::check_writable(path)
 }
 
-/// Writes a picture by extension, whole or not at all.
+/// The bytes of a picture file, by the extension of `path`.
 ///
 /// `.npy` is little-endian float32, shape (H, W, 3), C order; `.exr` is float32 RGB; `.png` is 8-bit
 /// sRGB(clamp(2^`exposure_ev` · L)). The exposure does not touch the other two.
-pub(crate) fn write(path: &Path, image: &Image, exposure_ev: f32) -> Outcome {
+pub(crate) fn encode(path: &Path, image: &Image, exposure_ev: f32) -> Outcome<Vec<u8>> {
     let failed = |error| Failure::program(format_args!("{}: {error}", path.display()));
-    let bytes = match format_to_write(path)? {
-        Format::Npy => npy::encode(image).map_err(failed)?,
-        Format::Exr => exr::encode(image).map_err(failed)?,
-        Format::Png => encode_png(&to_srgb8(image, exposure_ev.exp2()))?,
-    };
-    output_file::write_bytes(path, &bytes)
+    match format_to_write(path)? {
+        Format::Npy => npy::encode(image).map_err(failed),
+        Format::Exr => exr::encode(image).map_err(failed),
+        Format::Png => encode_png(&to_srgb8(image, exposure_ev.exp2())),
+    }
+}
+
+/// Writes a picture by extension.
+#[cfg(test)]
+pub(crate) fn write(path: &Path, image: &Image, exposure_ev: f32) -> Outcome {
+    output_file::write_bytes(path, &encode(path, image, exposure_ev)?)
 }
 
 fn format_to_write(path: &Path) -> Outcome<Format> {
     Format::of(path).ok_or_else(|| {
         Failure::input(format_args!("{}: a picture to write is .png, .exr or .npy", path.display()))
     })
-}
-
-/// The whole file; anything but a regular file could be endless.
-fn read_bytes(path: &Path) -> Outcome<Vec<u8>> {
-    let read = || {
-        if !fs::metadata(path)?.is_file() {
-            return Err(io::Error::other("not a regular file"));
-        }
-        let mut bytes = Vec::new();
-        File::open(path)?.read_to_end(&mut bytes)?;
-        Ok(bytes)
-    };
-    read().map_err(|error: io::Error| Failure::input(format_args!("{}: {error}", path.display())))
 }
 
 /// Width and height as stored, once they are known to be a picture's.
@@ -177,7 +167,7 @@ mod tests {
     #[test]
     fn missing_files_and_folders_are_bad_input() {
         let folder = tempfile::tempdir().unwrap();
-        fs::create_dir(folder.path().join("folder.npy")).unwrap();
+        std::fs::create_dir(folder.path().join("folder.npy")).unwrap();
         for name in ["absent.npy", "absent.exr", "folder.npy"] {
             let failure = read(&folder.path().join(name)).unwrap_err();
             assert_eq!(failure.code(), 2);

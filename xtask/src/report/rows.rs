@@ -115,11 +115,16 @@ pub(crate) fn equal_error(entries: &[EqualError]) -> Table {
         Column::left("scene"),
         Column::left("technique"),
         Column::right("time"),
-        Column::right("error"),
+        Column::right("target error"),
         Column::left("of"),
         Column::right("speed-up over brute force"),
     ];
     let mut table = Table::new("Time at equal error", columns);
+    table.note = Some(
+        "The time at which a technique reaches the target, interpolated between its settings. One without an error, such \
+         as exact, reaches every target in the same time."
+            .into(),
+    );
     for entry in entries {
         for (technique, ms) in &entry.ms {
             let speedup = entry.speedup_over_brute_force.get(technique).copied().flatten();

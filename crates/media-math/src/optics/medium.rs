@@ -23,6 +23,7 @@ impl<T: Real, S: Spectrum<T>> HomogeneousMedium<T, S> {
         check("sigma_s", sigma_s)?;
         check("sigma_a", sigma_a)?;
         let sigma_t = sigma_s.plus(sigma_a);
+        check("sigma_t", sigma_t)?;
         Ok(Self { sigma_s, sigma_a, sigma_t, _real: core::marker::PhantomData })
     }
 

@@ -50,7 +50,7 @@ use texture::Textures;
 /// # Ok::<(), scene::import::ImportError>(())
 /// ```
 pub fn load_gltf(path: &Path) -> Result<Scene, ImportError> {
-    let scene = std::fs::read(path)
+    let scene = read_regular(path)
         .map_err(ImportError::Read)
         .and_then(|bytes| load_gltf_bytes(&bytes, path.parent()));
     scene.map_err(|error| in_file(path, error))
@@ -96,7 +96,7 @@ pub fn load_light_texture(
     filter: TextureFilter,
     color_space: ColorSpace,
 ) -> Result<LightTexture, ImportError> {
-    let bytes = std::fs::read(path).map_err(ImportError::Read);
+    let bytes = read_regular(path).map_err(ImportError::Read);
     bytes.and_then(|bytes| texture::decode(&bytes, filter, color_space)).map_err(|error| in_file(path, error))
 }
 
@@ -158,4 +158,12 @@ fn default_material(scene: &mut Scene, document: &Document) -> usize {
         scene.materials.push(Material { name: String::new(), base_color: [1.0; 3] });
     }
     index
+}
+
+/// A whole file; anything but a regular one could be endless.
+fn read_regular(path: &Path) -> std::io::Result<Vec<u8>> {
+    if !std::fs::metadata(path)?.is_file() {
+        return Err(std::io::Error::other("not a regular file"));
+    }
+    std::fs::read(path)
 }
