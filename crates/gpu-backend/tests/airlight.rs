@@ -4,6 +4,7 @@ use gpu_backend::{AirlightProbe, GpuContext, GpuError, Problem};
 use serde::Deserialize;
 
 /// A device, or `None` with a line that says so; with `REQUIRE_GPU` set its absence fails the test.
+#[expect(clippy::print_stdout, reason = "a test that does not run says so")]
 fn gpu() -> Option<GpuContext> {
     let adapter = std::env::var("AIRLIGHT_ADAPTER").ok();
     match GpuContext::headless(adapter.as_deref()) {
