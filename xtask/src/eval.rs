@@ -48,7 +48,11 @@ pub(crate) struct EvalArgs {
 pub(crate) fn run(args: &EvalArgs) -> Outcome {
     output_file::check_writable(&args.output)?;
     output_file::check_distinct(&[("the cases", &args.cases), ("--output", &args.output)])?;
-    let gpu = gpu::open(args.adapter.as_deref())?;
+    let open_gpu = || gpu::open(args.adapter.as_deref());
+    if args.adapter.is_some() && !matches!(args.kind, Kind::Airlight | Kind::Intervals) {
+        // named in vain is an error for every kind
+        open_gpu()?;
+    }
     let results = match args.kind {
         Kind::F => {
             let file: FFile = read(&args.cases)?;
@@ -66,12 +70,12 @@ pub(crate) fn run(args: &EvalArgs) -> Outcome {
         Kind::Airlight => {
             let file: Cases<AirlightCase> = read(&args.cases)?;
             let results = each(&args.cases, &file.cases, AirlightCase::result)?;
-            with_gpu(gpu.as_ref(), results, file.cases.iter().map(AirlightCase::problem))?
+            with_gpu(open_gpu()?.as_ref(), results, file.cases.iter().map(AirlightCase::problem))?
         }
         Kind::Intervals => {
             let file: Rays = read(&args.cases)?;
             let results = each(&args.cases, &file.rays, RayCase::result)?;
-            with_gpu(gpu.as_ref(), results, file.rays.iter().map(RayCase::problem))?
+            with_gpu(open_gpu()?.as_ref(), results, file.rays.iter().map(RayCase::problem))?
         }
         Kind::HoffmanPreetham => {
             let file: Cases<HoffmanPreethamCase> = read(&args.cases)?;

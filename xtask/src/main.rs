@@ -74,7 +74,20 @@ fn start_log() {
         .init();
 }
 
+/// Names a runtime folder where the environment has none.
+///
+/// Without one, a layer of Mesa's Vulkan drivers writes complaints of its own to stderr, where a script expects one
+/// line or none.
+#[expect(unsafe_code, reason = "setting a variable is sound while no other thread runs")]
+fn settle_environment() {
+    if std::env::var_os("XDG_RUNTIME_DIR").is_none() {
+        // SAFETY: first thing in main, before any thread is started
+        unsafe { std::env::set_var("XDG_RUNTIME_DIR", std::env::temp_dir()) };
+    }
+}
+
 fn main() -> ExitCode {
+    settle_environment();
     start_log();
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
@@ -101,9 +114,8 @@ fn usage(error: &clap::Error) -> ExitCode {
         return ExitCode::from(2);
     }
     let text = error.to_string();
-    let first =
-        text.lines().take_while(|line| !line.is_empty() && !line.starts_with("Usage")).collect::<Vec<_>>();
-    let line = first.join(" ").split_whitespace().collect::<Vec<_>>().join(" ");
+    let end = ["\n\nUsage:", "\n\nFor more information"].iter().filter_map(|part| text.find(part)).min();
+    let line = text[..end.unwrap_or(text.len())].split_whitespace().collect::<Vec<_>>().join(" ");
     say(&if line.starts_with("error:") { line } else { format!("error: {line}") });
     ExitCode::from(2)
 }

@@ -38,7 +38,7 @@ pub(crate) struct RenderArgs {
     #[arg(long)]
     adapter: Option<String>,
     /// Width and height in pixels.
-    #[arg(long, default_value = "512x512", value_parser = parse_size)]
+    #[arg(long, default_value = "512x512", allow_hyphen_values = true, value_parser = parse_size)]
     size: (u32, u32),
     /// Leave surfaces black.
     #[arg(long)]
@@ -74,25 +74,25 @@ pub(crate) struct RenderArgs {
 #[derive(Debug, Args)]
 struct QualityArgs {
     /// Steps along each ray for each light.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
     samples: Option<u32>,
     /// Side of the shadow map in texels.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=16384))]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = clap::value_parser!(u32).range(1..=16384))]
     shadow_map: Option<u32>,
     /// `static`, `adaptive[:THRESHOLD]` or `delaunay[:METRES]`.
-    #[arg(long, value_parser = parse_tessellation)]
+    #[arg(long, allow_hyphen_values = true, value_parser = parse_tessellation)]
     tessellation: Option<String>,
     /// Scattering is computed at this fraction of the resolution.
-    #[arg(long, value_name = "1|2|4", value_parser = ["1", "2", "4"])]
+    #[arg(long, value_name = "1|2|4", allow_hyphen_values = true, value_parser = ["1", "2", "4"])]
     scattering_scale: Option<String>,
     /// Side of a voxel of the shared grid, in m.
-    #[arg(long, value_name = "M", value_parser = parse_positive)]
+    #[arg(long, value_name = "M", allow_hyphen_values = true, value_parser = parse_positive)]
     voxel_size: Option<f64>,
     /// Number of viewers.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = clap::value_parser!(u32).range(1..=1024))]
     viewers: Option<u32>,
     /// Largest shadow_err that is accepted.
-    #[arg(long, value_name = "E", value_parser = parse_positive)]
+    #[arg(long, value_name = "E", allow_hyphen_values = true, value_parser = parse_positive)]
     target_error: Option<f64>,
 }
 

@@ -66,8 +66,6 @@ pub(crate) fn run(args: &ReproArgs) -> Outcome {
         (None, Some(folder)) => Setups::load(Some((SCENES, &folder)))?,
         (None, None) => Setups::load(None)?,
     };
-    std::fs::create_dir_all(&args.out)
-        .map_err(|e| Failure::input(format!("--out {}: cannot be made: {e}", args.out.display())))?;
     let mut flags = format!(" --preset {}", args.preset.name());
     if setups.has_folder() {
         // the reader's folder is elsewhere
@@ -80,6 +78,8 @@ pub(crate) fn run(args: &ReproArgs) -> Outcome {
     if gpu.is_none() && args.backend == Backend::Gpu {
         return Err(Failure::input("--backend gpu: there is no GPU adapter"));
     }
+    std::fs::create_dir_all(&args.out)
+        .map_err(|e| Failure::input(format!("--out {}: cannot be made: {e}", args.out.display())))?;
     let context = Context { gpu, preset: args.preset, setups, adapter: cpu(), git: revision(), flags };
     let mut sections: Vec<Section> = Vec::new();
     for entry in ALL.iter().filter(|entry| args.ids.is_empty() || args.ids.iter().any(|id| id == entry.id)) {

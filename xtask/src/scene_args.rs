@@ -25,7 +25,7 @@ const DEFAULT_FOV: f32 = 45.0;
 #[derive(Debug, Clone, Default, Args)]
 pub(crate) struct SceneArgs {
     /// Camera of the file, by name or index.
-    #[arg(long, value_name = "NAME|INDEX", conflicts_with_all = ["eye", "target"])]
+    #[arg(long, value_name = "NAME|INDEX", allow_hyphen_values = true, conflicts_with_all = ["eye", "target"])]
     pub(crate) camera: Option<String>,
     /// Where the camera is.
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, requires = "target")]
@@ -46,7 +46,7 @@ pub(crate) struct SceneArgs {
     #[arg(long, value_name = "R[,G,B]", allow_hyphen_values = true)]
     pub(crate) sigma_a: Option<Colour>,
     /// isotropic, rayleigh, hg:G or rayleigh-mie:G:FRACTION (share of Rayleigh).
-    #[arg(long)]
+    #[arg(long, allow_hyphen_values = true)]
     pub(crate) phase: Option<Phase>,
     /// How airlight of a point or spot light is formed.
     #[arg(long, value_enum, default_value_t)]

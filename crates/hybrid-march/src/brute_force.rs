@@ -142,7 +142,7 @@ impl BruteForce<'_> {
             return;
         };
         // a spot's intensity changes along the ray: each step has its own
-        for step in piece.steps(span, self.samples) {
+        for step in piece.steps(span, self.samples, false) {
             sum.samples += 1;
             let middle = step.middle;
             let visibility = self.visibility(ray, middle, id, sum);
@@ -155,7 +155,7 @@ impl BruteForce<'_> {
     /// One evaluation for each run of steps of equal visibility.
     fn march_runs(&self, ray: &DRay, span: Interval, id: LightId, piece: &Piece<'_>, sum: &mut Marched) {
         let mut run = (span.start, 0.0);
-        for step in piece.steps(span, self.samples) {
+        for step in piece.steps(span, self.samples, false) {
             sum.samples += 1;
             let visibility = self.visibility(ray, step.middle, id, sum);
             if visibility != run.1 {
@@ -197,6 +197,7 @@ impl BruteForce<'_> {
         let unlit = Light::Point(scene::PointLight { position: Vec3::ZERO, intensity: Vec3::ZERO });
         let light = id.map_or(&unlit, |id| &self.lights[id.0]);
         let (span, entry) = self.lit_span(ray, end, light);
+        let endless = span.end.is_infinite() && id.is_some();
         let span = self.until_opaque(ray, span);
         let piece = Piece::new(self.medium, light, ray, entry);
         let (sigma_s, sigma_t) = (
@@ -207,7 +208,7 @@ impl BruteForce<'_> {
         // the way to the first step, exactly
         let mut path = self.medium.optical_path(ray, Interval::new(0.0, span.start.max(0.0)));
         let mut radiance = DVec3::ZERO;
-        for step in piece.steps(span, self.samples) {
+        for step in piece.steps(span, self.samples, endless) {
             sum.samples += 1;
             let (middle, width) = (step.middle, step.end - step.start);
             let point = ray.at(middle);
@@ -305,22 +306,23 @@ impl<'a> Piece<'a> {
     ///
     /// Equal ones, as in the paper, where the span ends. Along an infinite ray, where there are none, steps of equal
     /// angle at a local light, and of equal transmittance for a directional one: either way each holds a like share
-    /// of the airlight.
-    fn steps(&self, span: Interval, samples: u32) -> impl Iterator<Item = Step> + use<> {
+    /// of the airlight. A local light's angles also divide a span that was cut from an `endless` one.
+    fn steps(&self, span: Interval, samples: u32, endless: bool) -> impl Iterator<Item = Step> + use<> {
         let samples = if span.is_empty() { 0 } else { samples };
         let (count, infinite) = (f64::from(samples), span.end.is_infinite());
         let (x_foot, h) = (self.entry + f64::from(self.foot.x_foot), f64::from(self.foot.h));
         let sigma_t = least_extinction(&self.coefficients);
-        let angle = ((span.start - x_foot) / h).atan();
+        let angle_at = |x: f64| ((x - x_foot) / h).atan();
+        let (angle, last_angle) = (angle_at(span.start), angle_at(span.end));
         let directional = matches!(self.light, Light::Directional(_));
         let at = move |i: f64| {
             let t = i / count;
-            if !infinite {
+            if !infinite && (directional || !endless) {
                 span.start + (span.end - span.start) * t
             } else if directional {
                 span.start - (-t).ln_1p() / sigma_t
             } else {
-                x_foot + h * (angle + (std::f64::consts::FRAC_PI_2 - angle) * t).tan()
+                x_foot + h * (angle + (last_angle - angle) * t).tan()
             }
         };
         (0..samples).map(move |i| {
