@@ -172,6 +172,15 @@ pub fn literal_airlight<T: Real>(
     intensity * a0 * (f(a1, a2(x1)) - f(a1, a2(x0)))
 }
 
+/// F′(cos γ, x) = A₀ F(A₁, A₂(x)).                                                         (WR08 §3.4)
+fn f_prime<T: Real>(sigma_s: T, sigma_t: T, light_distance: T, cos_gamma: T, x: T) -> T {
+    let h = light_distance * (T::one() - cos_gamma * cos_gamma).sqrt();
+    let x_foot = light_distance * cos_gamma;
+    let a0 = sigma_s * (-sigma_t * x_foot).exp() / (T::TAU() * h);
+    let a2 = T::FRAC_PI_4() + T::lit(0.5) * ((x - x_foot) / h).atan();
+    a0 * sun_f(sigma_t * h, a2)
+}
+
 /// F′(cos γ, x) = A₀ F(A₁, A₂(x)) for one eye, light and medium.                            (WR08 §3.4)
 #[derive(Debug, Clone, PartialEq)]
 pub struct FrameTable<T> {
@@ -197,13 +206,7 @@ impl<T: Real> FrameTable<T> {
         let inset = 1.0 - 1.0 / size.max(2) as f64;
         let grid = Grid::new(size, |w, x| {
             let cos_gamma = (2.0 * w - 1.0).clamp(-inset, inset);
-            let foot = Foot {
-                x_foot: light_distance * cos_gamma,
-                h: light_distance * (1.0 - cos_gamma * cos_gamma).sqrt(),
-            };
-            let a0 = sigma_s * (-sigma_t * foot.x_foot).exp() / (core::f64::consts::TAU * foot.h);
-            let a2 = core::f64::consts::FRAC_PI_4 + 0.5 * ((x * x_max - foot.x_foot) / foot.h).atan();
-            a0 * sun_f(sigma_t * foot.h, a2)
+            f_prime(sigma_s, sigma_t, light_distance, cos_gamma, x * x_max)
         })?;
         Ok(Self { x_max, grid })
     }
