@@ -38,9 +38,21 @@ pub(crate) fn test(args: &TestArgs) -> Outcome {
     }
     let gpu = if args.no_gpu { None } else { gpu::open(args.adapter.as_deref())? };
     // the CPU crates in dev, with debug assertions and overflow checks; what needs wgpu shares the release build
-    let mut done =
-        cargo(&["test", "--workspace", "--exclude", "gpu-backend", "--exclude", "xtask", "--locked"], &[])?;
-    let release = ["test", "--release", "--package", "gpu-backend", "--package", "xtask", "--locked"];
+    let mut done = cargo(
+        &[
+            "test",
+            "--workspace",
+            "--exclude",
+            "gpu-backend",
+            "--exclude",
+            "xtask",
+            "--no-fail-fast",
+            "--locked",
+        ],
+        &[],
+    )?;
+    let release =
+        ["test", "--release", "--package", "gpu-backend", "--package", "xtask", "--no-fail-fast", "--locked"];
     match &gpu {
         Some(gpu) => {
             // from here on a GPU test that does not run is a failure

@@ -136,7 +136,10 @@ mod tests {
     #[test]
     fn an_unknown_name_is_refused_with_the_known_ones() {
         let text = generate("foo").unwrap_err().to_string();
-        assert!(text.starts_with("unknown procedural scene \"foo\"; known: sphere, spring, "), "{text}");
+        assert!(
+            text.starts_with("unknown procedural scene \"foo\"; known: sphere, sphere-plane, spring, "),
+            "{text}"
+        );
         assert!(NAMES.iter().all(|(name, _)| text.contains(name)));
     }
 }
