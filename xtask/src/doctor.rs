@@ -18,7 +18,7 @@ pub(crate) struct DoctorArgs {}
 pub(crate) fn run(_args: &DoctorArgs) -> Outcome {
     let cpu = cpu();
     let folder = scenes_folder();
-    let mut lines = vec![
+    let lines = [
         ("version".to_owned(), format!("{} ({})", env!("CARGO_PKG_VERSION"), revision())),
         ("processor".into(), cpu.name),
         ("rustc".into(), first_line("rustc", &["--version"])),
@@ -26,10 +26,6 @@ pub(crate) fn run(_args: &DoctorArgs) -> Outcome {
         ("GPU adapter".into(), adapter()),
         ("scenes".into(), scenes(folder.as_deref())),
     ];
-    lines.push((
-        "disk for target/".into(),
-        if Path::new("target").is_dir() { "target/ exists" } else { "target/ will be made" }.into(),
-    ));
     let text: String = lines.iter().map(|(name, value)| format!("{name:<18}{value}\n")).collect();
     crate::print(&text);
     Ok(())

@@ -456,6 +456,13 @@ mod tests {
         let got = march.airlight(&down, f64::INFINITY).airlight.x;
         let exact = 1.0 / (4.0 * std::f32::consts::PI);
         assert!((got / exact - 1.0).abs() < 1e-3, "{got} {exact}");
+        // and up from its floor: the ray leaves the fog and never becomes opaque, its path in all is the scale height
+        let up = DRay { origin: DVec3::ZERO, direction: DVec3::Y };
+        let thin =
+            Medium { density: fog.density.clone(), ..Medium::homogeneous([0.1; 3], [0.0; 3]).unwrap() };
+        let got = BruteForce { medium: &thin, ..march }.airlight(&up, f64::INFINITY).airlight.x;
+        let exact = exact * (1.0 - (-0.5_f32).exp());
+        assert!((got / exact - 1.0).abs() < 1e-3, "{got} {exact}");
     }
 
     #[test]
