@@ -8,10 +8,9 @@
 // exponential_integral,phase}.rs, function by function.
 
 #import elementary
+#import phase
+#import view
 
-const INV_4PI: f32 = 0.0795774715;
-// R1 - R0 of a ray without end; not infinity, which WGSL may assume away
-const ENDLESS: f32 = 1e30;
 // see media-math's Real for f32
 const MIN_RELATIVE_H: f32 = 1e-15;
 const FAR: f32 = 1e12;
@@ -174,47 +173,63 @@ fn isotropic_integral(span: Span, sigma_t: f32) -> f32 {
     return tail_difference(span, sigma_t);
 }
 
-// Henyey-Greenstein at path excess r and light offset h; units: 1/sr.
-fn henyey_greenstein_at(r: f32, h: f32, g: f32) -> f32 {
-    let rh = r / h;
-    let r2 = min(rh * rh, 1e30);
-    let ratio = (1.0 + r2) / ((1.0 - g) * (1.0 - g) + (1.0 + g) * (1.0 + g) * r2);
-    return INV_4PI * (1.0 - g) * (1.0 + g) * ratio * sqrt(ratio);
+// A node of the composite rule.
+struct PathNode {
+    delta: f32,  // R - R0, in the span's unit of length
+    weight: f32, // quadrature weight times dx/d^2
 }
 
-// Integral of p e^(-sigma_t (R - R0))/d^2 for a Henyey-Greenstein lobe, by the composite rule.
-fn henyey_greenstein_integral(span: Span, sigma_t: f32, g: f32) -> f32 {
-    let scale = select(1.0, (1.0 - g) / (1.0 + g), g > 0.0);
+// How the composite rule divides a span: panels of 8 nodes in y = ln(1 + (R - R0)/from), or the short rule's 4 nodes
+// where nothing turns.
+struct Panels {
+    count: i32,      // panels; 0 for the short rule
+    half_width: f32, // in y
+    start: f32,      // R_s
+    begin: f32,      // R0 + R_s
+}
+
+// The division for a lobe that turns at `scale` h.
+fn panels_of(span: Span, sigma_t: f32, scale: f32) -> Panels {
     let start = scale * span.h;
-    let start_at = span.r0 + start;
-    var sum = 0.0;
-    if span.dr <= 0.25 * start_at && sigma_t * span.dr <= 1.0 {
-        for (var i = 0; i < 4; i++) {
-            let node = short_node(span, GL4[i].x);
-            let phase = henyey_greenstein_at(span.r0 + node.x, span.h, g);
-            sum += GL4[i].y * node.y * phase * exp(-sigma_t * node.x);
-        }
-        return 2.0 * sum;
+    let begin = span.r0 + start;
+    if span.dr <= 0.25 * begin && sigma_t * span.dr <= 1.0 {
+        return Panels(0, 0.0, start, begin);
     }
     var reach = min(span.dr, (span.r0 + span.h) * PANEL_FAR);
     if sigma_t * reach > PANEL_CUT {
         reach = PANEL_CUT / sigma_t;
     }
-    let y_end = accurate_log1p(reach / start_at);
-    let panels = max(ceil(y_end / PANEL_LENGTH), 1.0);
-    let half_width = 0.5 * y_end / panels;
-    let h2 = span.h * span.h;
-    for (var panel = 0; panel < i32(panels); panel++) {
-        let middle = half_width * (2.0 * f32(panel) + 1.0);
-        for (var i = 0; i < 8; i++) {
-            let delta = start_at * accurate_expm1(middle + half_width * GL8[i].x);
-            let r = span.r0 + delta;
-            let phase = henyey_greenstein_at(r, span.h, g);
-            let weight = GL8[i].y * half_width * (r + start) / (h2 + r * r);
-            sum += weight * phase * exp(-sigma_t * delta);
-        }
+    let y_end = accurate_log1p(reach / begin);
+    let count = max(ceil(y_end / PANEL_LENGTH), 1.0);
+    return Panels(i32(count), 0.5 * y_end / count, start, begin);
+}
+
+fn node_count(panels: Panels) -> i32 {
+    return select(8 * panels.count, 4, panels.count == 0);
+}
+
+fn path_node(span: Span, panels: Panels, index: i32) -> PathNode {
+    if panels.count == 0 {
+        let node = short_node(span, GL4[index].x);
+        return PathNode(node.x, 2.0 * GL4[index].y * node.y);
     }
-    return 2.0 * sum;
+    let y = panels.half_width * (2.0 * f32(index / 8) + 1.0 + GL8[index % 8].x);
+    let delta = panels.begin * accurate_expm1(y);
+    let r = span.r0 + delta;
+    let weight = GL8[index % 8].y * panels.half_width * (r + panels.start);
+    return PathNode(delta, 2.0 * weight / (span.h * span.h + r * r));
+}
+
+// Integral of p e^(-sigma_t (R - R0))/d^2 for a lobe, by the composite rule.
+fn lobe_integral(span: Span, sigma_t: f32, lobe: Lobe) -> f32 {
+    let panels = panels_of(span, sigma_t, lobe_feature(lobe));
+    let count = node_count(panels);
+    var sum = 0.0;
+    for (var i = 0; i < count; i++) {
+        let node = path_node(span, panels, i);
+        sum += node.weight * lobe_at(lobe, span.r0 + node.delta, span.h) * exp(-sigma_t * node.delta);
+    }
+    return sum;
 }
 
 // Airlight from x0 to x1; g = 0 is isotropic; units: W/(m^2 sr).
@@ -228,7 +243,7 @@ fn airlight(sigma_s: f32, sigma_t: f32, intensity: f32, g: f32, foot: Foot, x0: 
     if g == 0.0 {
         integral = isotropic_integral(span, extinction);
     } else {
-        integral = henyey_greenstein_integral(span, extinction, g);
+        integral = lobe_integral(span, extinction, Lobe(HENYEY_GREENSTEIN_LOBE, g));
     }
     // in two halves: each is representable long after the whole is not
     let half = exp(-0.5 * extinction * span.near);

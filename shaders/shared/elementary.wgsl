@@ -75,3 +75,23 @@ fn cos_unit(b: f32) -> f32 {
     let z = b * b;
     return 1.0 - z / 2.0 * (1.0 - z / 12.0 * (1.0 - z / 30.0 * (1.0 - z / 56.0 * (1.0 - z / 90.0))));
 }
+
+// Tangent for x in (-pi/2, pi/2).
+fn accurate_tan(x: f32) -> f32 {
+    let a = abs(x);
+    if a <= 0.785398163 {
+        return sign(x) * sin_unit(a) / cos_unit(a);
+    }
+    // pi/2 in two parts, of which the second is what the first lost
+    let rest = (HALF_PI - a) - 4.37113883e-8;
+    return sign(x) * cos_unit(rest) / max(sin_unit(rest), 1e-30);
+}
+
+// (1 - e^(-y))/y for y of either sign, 1 at 0.
+fn phi(y: f32) -> f32 {
+    if abs(y) >= 0.5 {
+        return (1.0 - exp(-y)) / y;
+    }
+    let tail = 1.0 - y / 5.0 * (1.0 - y / 6.0 * (1.0 - y / 7.0 * (1.0 - y / 8.0)));
+    return 1.0 - y / 2.0 * (1.0 - y / 3.0 * (1.0 - y / 4.0 * tail));
+}

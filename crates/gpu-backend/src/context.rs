@@ -1,6 +1,7 @@
 //! A device of one's own, without a window.
 
-use crate::GpuError;
+use crate::capabilities::{optional_features, required_features, required_limits};
+use crate::{Capabilities, ContextError};
 
 /// A headless device with its queue and what is known of its adapter.
 #[derive(Debug)]
@@ -13,19 +14,35 @@ pub struct GpuContext {
     pub info: wgpu::AdapterInfo,
 }
 
+/// How much a headless device is made with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum DeviceFeatures {
+    /// WebGPU's default limits and no optional feature: what runs everywhere.
+    Core,
+    /// WebGPU's default limits, or the adapter's own where those are larger, and every optional feature that is of use.
+    #[default]
+    Everything,
+}
+
 impl GpuContext {
-    /// Opens an adapter: one whose name holds `adapter`, whatever the case, or the first that there is, hardware
-    /// before software.
-    ///
-    /// The device is made with WebGPU's default limits and no optional feature.
+    /// Opens an adapter with everything of use that it has: one whose name holds `adapter`, whatever the case, or the
+    /// first that there is, hardware before software.
     ///
     /// # Errors
-    /// [`GpuError::NoAdapter`] names the adapters that were found; [`GpuError::NoDevice`] says why one refused.
-    pub fn headless(adapter: Option<&str>) -> Result<Self, GpuError> {
-        pollster::block_on(Self::open(adapter))
+    /// [`ContextError::NoAdapter`] names the adapters that were found; [`ContextError::NoDevice`] says why one refused.
+    pub fn headless(adapter: Option<&str>) -> Result<Self, ContextError> {
+        Self::open(adapter, DeviceFeatures::Everything)
     }
 
-    async fn open(wanted: Option<&str>) -> Result<Self, GpuError> {
+    /// As [`GpuContext::headless`], with as much as `features` says.
+    ///
+    /// # Errors
+    /// As [`GpuContext::headless`].
+    pub fn open(adapter: Option<&str>, features: DeviceFeatures) -> Result<Self, ContextError> {
+        pollster::block_on(Self::open_async(adapter, features))
+    }
+
+    async fn open_async(wanted: Option<&str>, features: DeviceFeatures) -> Result<Self, ContextError> {
         let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
         let mut adapters = instance.enumerate_adapters(wgpu::Backends::all()).await;
         // stable: the driver's order otherwise
@@ -34,15 +51,31 @@ impl GpuContext {
         let matches =
             |name: &String| wanted.is_none_or(|part| name.to_lowercase().contains(&part.to_lowercase()));
         let Some(adapter) = names.iter().position(matches).map(|index| &adapters[index]) else {
-            return Err(GpuError::NoAdapter { wanted: wanted.map(str::to_owned), found: names });
+            return Err(ContextError::NoAdapter { wanted: wanted.map(str::to_owned), found: names });
         };
         let info = adapter.get_info();
-        let descriptor = wgpu::DeviceDescriptor { label: Some("airlight"), ..Default::default() };
+        let (required_features, required_limits) = match features {
+            DeviceFeatures::Core => (required_features(), required_limits()),
+            DeviceFeatures::Everything => {
+                (required_features() | (optional_features() & adapter.features()), adapter.limits())
+            }
+        };
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("airlight"),
+            required_features,
+            required_limits,
+            ..Default::default()
+        };
         let (device, queue) = adapter
             .request_device(&descriptor)
             .await
-            .map_err(|e| GpuError::NoDevice { adapter: info.name.clone(), reason: e.to_string() })?;
+            .map_err(|e| ContextError::NoDevice { adapter: info.name.clone(), reason: e.to_string() })?;
         Ok(Self { device, queue, info })
+    }
+
+    /// Which paths the device gets.
+    pub fn capabilities(&self) -> Capabilities {
+        Capabilities::of(&self.device)
     }
 }
 

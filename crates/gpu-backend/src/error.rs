@@ -1,11 +1,12 @@
-//! What can go wrong between the program and the GPU.
+//! What can go wrong between the program and the GPU: one enum a stage.
 
+use scene::Refusal;
 use thiserror::Error;
 
-/// A failure of the GPU path; the text says what to do about it where something can be done.
+/// Why there is no device.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
-pub enum GpuError {
+pub enum ContextError {
     /// There is no adapter, or none whose name holds the wanted part.
     #[error("no GPU adapter{}; found: {}", wanted.as_ref().map(|name| format!(" whose name holds \"{name}\"")).unwrap_or_default(), if found.is_empty() { "none".to_owned() } else { found.join(", ") })]
     NoAdapter {
@@ -22,6 +23,12 @@ pub enum GpuError {
         /// Its words.
         reason: String,
     },
+}
+
+/// Why passes cannot be made on a device.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum CreateError {
     /// A shader imports a file that does not exist, or itself.
     #[error("shader {file}: {reason}")]
     Shader {
@@ -30,22 +37,157 @@ pub enum GpuError {
         /// What is wrong with it.
         reason: String,
     },
-    /// A buffer is larger than the device allows.
-    #[error("{what} needs {bytes} bytes, more than the {limit} of this device")]
-    TooLarge {
-        /// What the buffer holds.
-        what: &'static str,
-        /// Its size.
-        bytes: u64,
-        /// The device's limit.
-        limit: u64,
+    /// The device was made with less than the passes need.
+    #[error("the device's limit {name} is {got}, and {needed} is needed")]
+    Limit {
+        /// Name of the limit, as in `wgpu::Limits`.
+        name: &'static str,
+        /// What is needed; see [`required_limits`](crate::required_limits).
+        needed: u64,
+        /// What the device has.
+        got: u64,
     },
-    /// wgpu's validation, or the driver, refused an operation.
+    /// The target's format cannot be blended into.
+    #[error("a picture of format {0:?} cannot be blended into on this device")]
+    Format(wgpu::TextureFormat),
+    /// wgpu's validation, or the driver, refused a pipeline.
     #[error("{pass}: {reason}")]
-    Pass {
+    Pipeline {
         /// Name of the pass.
-        pass: &'static str,
+        pass: String,
         /// wgpu's words.
         reason: String,
     },
+}
+
+/// Why a frame, or a map for it, cannot be prepared.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum PrepareError {
+    /// More lights than fit.
+    #[error("{got} lights, and {most} fit")]
+    TooManyLights {
+        /// Lights of the frame.
+        got: usize,
+        /// [`MAX_LIGHTS`](crate::MAX_LIGHTS).
+        most: usize,
+    },
+    /// A texture or buffer is larger than the device allows.
+    #[error("{what} needs {needed}, more than the {limit} of this device ({unit})")]
+    TooLarge {
+        /// What is too large.
+        what: &'static str,
+        /// What it needs.
+        needed: u64,
+        /// The device's limit.
+        limit: u64,
+        /// What both count.
+        unit: &'static str,
+    },
+    /// A view without pixels.
+    #[error("view {view} has no pixels")]
+    EmptyView {
+        /// Its index.
+        view: usize,
+    },
+    /// One distance a pixel is needed.
+    #[error("view {view} of {pixels} pixels has {got} distances")]
+    Distances {
+        /// Index of the view.
+        view: usize,
+        /// Its pixels.
+        pixels: u64,
+        /// Distances given.
+        got: u64,
+    },
+    /// A distance, or a depth plane, that is none.
+    #[error("view {view}: {name} is {value}; it must {valid}")]
+    Value {
+        /// Index of the view.
+        view: usize,
+        /// What is wrong.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// What it must be.
+        valid: &'static str,
+    },
+    /// A host's texture does not have the format, size or usage that the pass reads.
+    #[error("{what} is {got}; it must be {wanted}")]
+    Texture {
+        /// Which texture.
+        what: &'static str,
+        /// What it is.
+        got: String,
+        /// What would do.
+        wanted: String,
+    },
+    /// A map that was made for another kind of light.
+    #[error("light {light}: {map} map cannot serve a {kind} light")]
+    WrongMap {
+        /// Index of the light.
+        light: usize,
+        /// What kind of map it was given.
+        map: &'static str,
+        /// What kind of light it is.
+        kind: &'static str,
+    },
+    /// A variance lookup needs moments.
+    #[error("light {light}: the map has no moments to look up; see ShadowMap::with_moments")]
+    NoMoments {
+        /// Index of the light.
+        light: usize,
+    },
+    /// A map or projection without meaning.
+    #[error(transparent)]
+    Map(#[from] shadowmap::ShadowMapError),
+    /// The technique cannot take what the frame asks for.
+    #[error(transparent)]
+    Refused(#[from] Refusal),
+    /// A pipeline that the frame needs cannot be made.
+    #[error(transparent)]
+    Create(#[from] CreateError),
+    /// The device is lost or out of memory, or wgpu refused the work.
+    #[error("{what}: {reason}")]
+    Device {
+        /// What was being prepared.
+        what: &'static str,
+        /// wgpu's words.
+        reason: String,
+    },
+}
+
+/// Why results cannot be read back.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum ReadError {
+    /// The device is lost, or wgpu refused the work.
+    #[error("{what}: {reason}")]
+    Device {
+        /// What was being read.
+        what: &'static str,
+        /// wgpu's words.
+        reason: String,
+    },
+    /// Nothing was prepared that could be read.
+    #[error("there is no {0} to read")]
+    Nothing(&'static str),
+}
+
+/// Any failure of the GPU path; the text says what to do about it where something can be done.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum GpuError {
+    /// No device.
+    #[error(transparent)]
+    Context(#[from] ContextError),
+    /// No passes.
+    #[error(transparent)]
+    Create(#[from] CreateError),
+    /// No frame.
+    #[error(transparent)]
+    Prepare(#[from] PrepareError),
+    /// No result.
+    #[error(transparent)]
+    Read(#[from] ReadError),
 }

@@ -1,31 +1,63 @@
 //! Volumetric shadows on wgpu.
 //!
-//! So far the crate holds the ground that passes will stand on: a headless device ([`GpuContext`]), the shader library
-//! with its imports ([`shader`]), and the airlight integral in WGSL with a probe that evaluates it over arrays
-//! ([`AirlightProbe`]).
+//! Two ways in. A renderer that has its own device adds fog in four calls: [`Fog::new`], then for every frame
+//! [`Fog::prepare`], [`Fog::encode`] and [`Fog::composite`]; it hands over its depth buffer and its shadow maps with a type
+//! that names their convention. Without a renderer, [`GpuContext::headless`] opens a device and [`Fog::read_airlight`]
+//! gives the picture.
 //!
 //! ```no_run
-//! use gpu_backend::{AirlightProbe, GpuContext, Problem};
+//! use glam::Vec3;
+//! use gpu_backend::{Fog, FogDescriptor, Frame, GpuContext, Lamp, SceneDepth, Technique, View};
+//! use scene::{AirlightModel, Camera, Light, Medium, PointLight};
+//! use shadowmap::MapSurface;
 //!
 //! let gpu = GpuContext::headless(None)?;
-//! let probe = AirlightProbe::new(&gpu)?;
-//! let problem = Problem { sigma_s: 0.05, sigma_t: 0.07, intensity: 100.0, x_foot: 3.0, h: 4.0, g: 0.0 };
-//! let radiance = probe.evaluate(&[(problem, vec![[1.0, 8.0]])])?;
-//! assert!(radiance[0] > 0.0);
-//! # Ok::<(), gpu_backend::GpuError>(())
+//! let mut fog = Fog::new(&gpu.device, &FogDescriptor::default())?;
+//! let camera = Camera::look_at(Vec3::new(0.0, 1.0, 6.0), Vec3::ZERO, Vec3::Y, 0.8)?;
+//! let light = Light::Point(PointLight::new(Vec3::new(1.0, 2.0, 0.0), Vec3::splat(50.0))?);
+//! let view = View { camera: &camera, size: (640, 480), depth: SceneDepth::Nothing, max_distance: f64::INFINITY };
+//! fog.prepare(&gpu.device, &gpu.queue, &Frame {
+//!     views: &[view],
+//!     medium: &Medium::homogeneous([0.05; 3], [0.01; 3])?,
+//!     lamps: &[Lamp { light: &light, shadows: None }],
+//!     model: AirlightModel::Sun,
+//!     technique: Technique::ExactShadowMap { surface: MapSurface::Step },
+//! })?;
+//! let mut encoder = gpu.device.create_command_encoder(&Default::default());
+//! fog.encode(&mut encoder);
+//! gpu.queue.submit([encoder.finish()]);
+//! let radiance = fog.read_airlight(&gpu.device, &gpu.queue, 0)?;
+//! assert_eq!(radiance.len(), 640 * 480);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
 //! # Conventions
 //!
-//! Only core WebGPU features and limits are asked for. Nothing here panics on a missing adapter, a lost device or a
-//! buffer that is too large: those are [`GpuError`]s.
+//! Only core WebGPU features and limits are required ([`required_features`], [`required_limits`]); what more is used
+//! where a device has it is in [`optional_features`], and [`Capabilities`] says which path a device gets. Nothing here
+//! panics on a missing adapter, a lost device or a texture that is too large: each stage has its own error type.
+//! Results are radiance in W/(m²·sr), linear, three channels, row 0 at the top.
 
+mod capabilities;
+mod checked;
 mod context;
 mod error;
+mod fog;
+mod layout;
+mod map;
+mod pass;
 mod probe;
 pub mod shader;
+mod stats;
 
-pub use context::{GpuContext, software_or_hardware};
-pub use error::GpuError;
+pub use capabilities::{Capabilities, optional_features, required_features, required_limits};
+pub use context::{DeviceFeatures, GpuContext, software_or_hardware};
+pub use error::{ContextError, CreateError, GpuError, PrepareError, ReadError};
+pub use fog::{
+    CompositeTarget, Fog, FogDescriptor, Frame, Lamp, Lookup, MAX_LIGHTS, SceneDepth, Shadows, Technique,
+    View,
+};
+pub use map::{HostDepth, ShadowMap};
 pub use probe::{AirlightProbe, Problem};
+pub use stats::{FrameStats, PassTime};
 pub use wgpu;

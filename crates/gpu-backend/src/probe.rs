@@ -5,7 +5,8 @@
 use bytemuck::{Pod, Zeroable};
 use wgpu::util::DeviceExt;
 
-use crate::{GpuContext, GpuError, shader};
+use crate::checked::{created, prepared, read_buffer};
+use crate::{CreateError, GpuContext, GpuError, PrepareError, shader};
 
 const PASS: &str = "probe/airlight";
 
@@ -54,10 +55,10 @@ impl<'a> AirlightProbe<'a> {
     /// Compiles the probe.
     ///
     /// # Errors
-    /// [`GpuError::Shader`] or [`GpuError::Pass`] if the shader does not compile on this device.
-    pub fn new(gpu: &'a GpuContext) -> Result<Self, GpuError> {
+    /// [`CreateError`] if the shader does not compile on this device.
+    pub fn new(gpu: &'a GpuContext) -> Result<Self, CreateError> {
         let source = shader::assemble(PASS)?;
-        let pipeline = checked(gpu, || {
+        let pipeline = created(&gpu.device, PASS, || {
             let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
                 label: Some(PASS),
                 source: wgpu::ShaderSource::Wgsl(source.into()),
@@ -80,8 +81,8 @@ impl<'a> AirlightProbe<'a> {
     /// results may come back as 0.
     ///
     /// # Errors
-    /// [`GpuError::TooLarge`] if the arrays exceed the device's limits, [`GpuError::Pass`] if wgpu refuses the work or
-    /// the device is lost.
+    /// [`PrepareError::TooLarge`] if the arrays exceed the device's limits, [`GpuError`] if wgpu refuses the work or the
+    /// device is lost.
     pub fn evaluate(&self, problems: &[(Problem, Vec<[f32; 2]>)]) -> Result<Vec<f32>, GpuError> {
         if problems.is_empty() {
             return Ok(Vec::new());
@@ -110,22 +111,22 @@ impl<'a> AirlightProbe<'a> {
         let size = (size_of::<f32>() * problems.len()) as u64;
         let limits = self.gpu.device.limits();
         let limit = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
-        for (what, bytes) in [
+        for (what, needed) in [
             ("the problems' buffer", size_of_val(packed.as_slice()) as u64),
             ("the intervals' buffer", size_of_val(intervals.as_slice()) as u64),
         ] {
-            if bytes > limit {
-                return Err(GpuError::TooLarge { what, bytes, limit });
+            if needed > limit {
+                return Err(PrepareError::TooLarge { what, needed, limit, unit: "bytes" }.into());
             }
         }
         let groups = (problems.len() as u32).div_ceil(WORKGROUP);
         let most = limits.max_compute_workgroups_per_dimension;
         if groups > most {
-            let (bytes, limit) = (u64::from(groups), u64::from(most));
-            return Err(GpuError::TooLarge { what: "the dispatch, in workgroups,", bytes, limit });
+            let (needed, limit) = (u64::from(groups), u64::from(most));
+            return Err(PrepareError::TooLarge { what: "the dispatch", needed, limit, unit: "workgroups" }.into());
         }
         let device = &self.gpu.device;
-        let readback = checked(self.gpu, || {
+        let readback = prepared(device, PASS, || {
             let storage = |label, contents: &[u8]| {
                 device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
                     label: Some(label),
@@ -170,38 +171,8 @@ impl<'a> AirlightProbe<'a> {
             self.gpu.queue.submit([encoder.finish()]);
             readback
         })?;
-        read(self.gpu, &readback)
+        Ok(bytemuck::pod_collect_to_vec(&read_buffer(device, &readback, PASS)?))
     }
-}
-
-/// Runs `work` and turns what wgpu complains about into an error.
-fn checked<T>(gpu: &GpuContext, work: impl FnOnce() -> T) -> Result<T, GpuError> {
-    let scopes = [wgpu::ErrorFilter::Internal, wgpu::ErrorFilter::OutOfMemory, wgpu::ErrorFilter::Validation]
-        .map(|filter| gpu.device.push_error_scope(filter));
-    let result = work();
-    let mut error = None;
-    // innermost first
-    for scope in scopes.into_iter().rev() {
-        error = pollster::block_on(scope.pop()).or(error);
-    }
-    match error {
-        None => Ok(result),
-        Some(error) => Err(GpuError::Pass { pass: PASS, reason: error.to_string() }),
-    }
-}
-
-/// Waits for the device and copies a mapped buffer.
-fn read(gpu: &GpuContext, buffer: &wgpu::Buffer) -> Result<Vec<f32>, GpuError> {
-    let failed = |reason: String| GpuError::Pass { pass: PASS, reason };
-    let (sender, receiver) = std::sync::mpsc::channel();
-    buffer.map_async(wgpu::MapMode::Read, .., move |result| {
-        // nobody waits any more if the receiver is gone
-        let _ = sender.send(result);
-    });
-    gpu.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| failed(e.to_string()))?;
-    receiver.recv().map_err(|e| failed(e.to_string()))?.map_err(|e| failed(e.to_string()))?;
-    let view = buffer.get_mapped_range(..).map_err(|e| failed(e.to_string()))?;
-    Ok(bytemuck::pod_collect_to_vec(&view))
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 //! A line `#import NAME` stands for `shaders/shared/NAME.wgsl`; each file comes in once. Nothing else is preprocessed:
 //! variants use WGSL's own `override` constants.
 
-use crate::GpuError;
+use crate::CreateError;
 
 /// A shader file of the library.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -20,17 +20,39 @@ macro_rules! files {
     };
 }
 
-/// Files that others import: pure functions and structs, no bindings.
-pub const SHARED: &[File] = files!["shared/airlight", "shared/elementary"];
+/// Files that others import: functions and structs; bindings only where many passes share them (`shared/bindings`).
+pub const SHARED: &[File] = files![
+    "shared/airlight",
+    "shared/bindings",
+    "shared/bindings_view",
+    "shared/elementary",
+    "shared/light",
+    "shared/medium_path",
+    "shared/phase",
+    "shared/piece",
+    "shared/shadow_map",
+    "shared/steps",
+    "shared/traversal",
+    "shared/view",
+];
 
 /// Passes: one entry point each.
-pub const PASSES: &[File] = files!["probe/airlight"];
+pub const PASSES: &[File] = files![
+    "frame/composite",
+    "frame/ray_ends",
+    "map/heights",
+    "map/pyramid",
+    "probe/airlight",
+    "scatter/exact",
+    "scatter/march",
+    "scatter/march_varying",
+];
 
 /// The text of a pass with everything that it imports in front.
 ///
 /// # Errors
-/// [`GpuError::Shader`] if the pass is unknown, an import is, or files import each other in a circle.
-pub fn assemble(pass: &str) -> Result<String, GpuError> {
+/// [`CreateError::Shader`] if the pass is unknown, an import is, or files import each other in a circle.
+pub fn assemble(pass: &str) -> Result<String, CreateError> {
     let file = find(PASSES, pass, pass)?;
     let mut done = Vec::new();
     let mut text = String::new();
@@ -38,8 +60,8 @@ pub fn assemble(pass: &str) -> Result<String, GpuError> {
     Ok(text)
 }
 
-fn find(files: &'static [File], name: &str, asked_by: &str) -> Result<&'static File, GpuError> {
-    files.iter().find(|file| file.name == name).ok_or_else(|| GpuError::Shader {
+fn find(files: &'static [File], name: &str, asked_by: &str) -> Result<&'static File, CreateError> {
+    files.iter().find(|file| file.name == name).ok_or_else(|| CreateError::Shader {
         file: asked_by.to_owned(),
         reason: format!("there is no file {name}.wgsl"),
     })
@@ -51,13 +73,13 @@ fn append(
     path: &mut Vec<&'static str>,
     done: &mut Vec<&'static str>,
     text: &mut String,
-) -> Result<(), GpuError> {
+) -> Result<(), CreateError> {
     if done.contains(&file.name) {
         return Ok(());
     }
     if path.contains(&file.name) {
         let circle = path.join(" -> ");
-        return Err(GpuError::Shader {
+        return Err(CreateError::Shader {
             file: file.name.to_owned(),
             reason: format!("imports itself: {circle} -> {}", file.name),
         });

@@ -1,6 +1,6 @@
 //! The airlight integral on the GPU against the reference cases with proven digits.
 
-use gpu_backend::{AirlightProbe, GpuContext, GpuError, Problem};
+use gpu_backend::{AirlightProbe, GpuContext, GpuError, PrepareError, Problem};
 use serde::Deserialize;
 
 /// A device, or `None` with a line that says so; with `REQUIRE_GPU` set its absence fails the test.
@@ -89,5 +89,5 @@ fn nothing_and_too_much_are_no_panic() {
     let problem = Problem { sigma_s: 0.1, sigma_t: 0.1, intensity: 1.0, x_foot: 1.0, h: 1.0, g: 0.0 };
     assert_eq!(probe.evaluate(&[(problem, vec![])]).unwrap(), [0.0]);
     let many = vec![[0.0_f32, 1.0]; 1 << 25];
-    assert!(matches!(probe.evaluate(&[(problem, many)]), Err(GpuError::TooLarge { .. })));
+    assert!(matches!(probe.evaluate(&[(problem, many)]), Err(GpuError::Prepare(PrepareError::TooLarge { .. }))));
 }

@@ -3,12 +3,13 @@
 //! It is an honest one. A ray is clipped to the light's extent, to the surface it hits, and to what occluders can
 //! shadow at all; visibility is asked once a step, at its middle; and the airlight of adjoining lit steps is one
 //! evaluation of the interval form, so that all of its error is in where it believes the shadow's boundaries to be.
-//! Where the light's intensity varies along the ray (spot, texture) or the medium does, each step is weighted on its
-//! own.
+//! Where the medium varies, or a picture colours the light, each step is weighted on its own.
 
 use glam::{DVec3, Vec3};
-use media_math::{Foot, HomogeneousMedium, PhaseFunction, airlight, directional_airlight};
-use scene::{Aabb, AirlightModel, DRay, Density, Interval, Light, LightId, Medium, Visibility};
+use media_math::{
+    Foot, HomogeneousMedium, PhaseFunction, airlight, airlight_anisotropic, directional_airlight,
+};
+use scene::{Aabb, AirlightModel, DRay, Density, Interval, Light, LightId, Medium, SpotLight, Visibility};
 
 use crate::extent::shadow_extent;
 
@@ -95,7 +96,7 @@ impl BruteForce<'_> {
         !self.medium.is_homogeneous()
             || match &self.lights[id.0] {
                 Light::Point(light) => local(light.position),
-                Light::Spot(light) => local(light.position),
+                Light::Spot(light) => light.texture.is_some() || local(light.position),
                 Light::Directional(_) => self.medium.bounds.is_some() && self.model == AirlightModel::Sun,
             }
     }
@@ -130,26 +131,17 @@ impl BruteForce<'_> {
             return;
         }
         let piece = Piece::new(self.medium, light, ray, entry);
-        let Light::Spot(_) = light else {
-            // outside this nothing is shadowed: no sample is spent there
-            let shadowed = self.occluders.map_or(Interval::new(span.start, span.start), |occluders| {
-                shadow_extent(&occluders.bounds, light, ray, span)
-            });
-            sum.airlight += piece.airlight(span.start, shadowed.start, Vec3::ONE);
-            self.march_runs(ray, shadowed, id, &piece, sum);
-            let after = if shadowed.is_empty() { shadowed.start } else { shadowed.end };
-            sum.airlight += piece.airlight(after, span.end, Vec3::ONE);
-            return;
+        // outside this nothing is shadowed: no sample is spent there
+        let shadowed = match (self.occluders, light) {
+            (None, _) => Interval::new(span.start, span.start),
+            // a spot's cone is its extent
+            (Some(_), Light::Spot(_)) => span,
+            (Some(occluders), _) => shadow_extent(&occluders.bounds, light, ray, span),
         };
-        // a spot's intensity changes along the ray: each step has its own
-        for step in piece.steps(span, self.samples, false) {
-            sum.samples += 1;
-            let middle = step.middle;
-            let visibility = self.visibility(ray, middle, id, sum);
-            if visibility > 0.0 {
-                sum.airlight += visibility * piece.airlight(step.start, step.end, piece.intensity_at(middle));
-            }
-        }
+        sum.airlight += piece.airlight(span.start, shadowed.start, Vec3::ONE);
+        self.march_runs(ray, shadowed, id, &piece, sum);
+        let after = if shadowed.is_empty() { shadowed.start } else { shadowed.end };
+        sum.airlight += piece.airlight(after, span.end, Vec3::ONE);
     }
 
     /// One evaluation for each run of steps of equal visibility.
@@ -332,7 +324,7 @@ impl<'a> Piece<'a> {
         })
     }
 
-    /// Airlight of a fully lit piece, times `factor`; for a spot `factor` is the intensity.
+    /// Airlight of a fully lit piece, times `factor`.
     fn airlight(&self, start: f64, end: f64, factor: Vec3) -> Vec3 {
         if end <= start {
             return Vec3::ZERO;
@@ -340,13 +332,36 @@ impl<'a> Piece<'a> {
         let (x0, x1) = ((start - self.entry) as f32, (end - self.entry) as f32);
         let intensity = match self.light {
             Light::Point(light) => factor * light.intensity,
-            Light::Spot(_) => factor,
+            Light::Spot(light) => return factor * self.spot_airlight(light, start, end),
             Light::Directional(light) => {
                 let irradiance = (factor * light.irradiance).to_array();
                 return directional_airlight(&self.coefficients, self.sun_phase, irradiance, x0, x1).into();
             }
         };
         airlight(&self.coefficients, &self.phase, intensity.to_array(), &self.foot, x0, x1).into()
+    }
+
+    /// Airlight of a lit piece in the light of a spot without a picture: of constant intensity inside the inner cone, by
+    /// quadrature of its falloff outside.
+    fn spot_airlight(&self, light: &SpotLight, start: f64, end: f64) -> Vec3 {
+        let inner = light.clip_within(&self.ray, Interval::new(start, end), f64::from(light.inner));
+        let x = |at: f64| (at - self.entry) as f32;
+        let falloff = |from: f64, to: f64| {
+            if to <= from {
+                return Vec3::ZERO;
+            }
+            let intensity =
+                |at: f32, _| self.intensity_at(f64::from(at) + self.entry).to_array();
+            airlight_anisotropic(&self.coefficients, &self.phase, &self.foot, x(from), x(to), intensity)
+                .into()
+        };
+        if inner.is_empty() {
+            return falloff(start, end);
+        }
+        let intensity = light.intensity.to_array();
+        let middle =
+            airlight(&self.coefficients, &self.phase, intensity, &self.foot, x(inner.start), x(inner.end));
+        falloff(start, inner.start) + Vec3::from(middle) + falloff(inner.end, end)
     }
 
     /// Intensity of a local light towards the ray at distance `x`; units: W/sr.

@@ -5,8 +5,14 @@ use crate::{DRay, Interval, SpotLight};
 impl SpotLight {
     /// The part of `span` inside the outer cone; empty if the ray misses it.
     pub fn clip(&self, ray: &DRay, span: Interval) -> Interval {
+        self.clip_within(ray, span, f64::from(self.outer))
+    }
+
+    /// The part of `span` inside the cone of half-angle `angle` (in rad, below π/2) around the light's axis; empty if
+    /// the ray misses it.
+    pub fn clip_within(&self, ray: &DRay, span: Interval, angle: f64) -> Interval {
         let mut cuts = Vec::with_capacity(5);
-        self.cone_crossings(ray, f64::from(self.outer), &mut cuts);
+        self.cone_crossings(ray, angle, &mut cuts);
         // and the plane through the light: a ray down the axis touches both nappes in one point, which rounding may miss
         let (z, w0) = (self.direction.as_dvec3(), ray.origin - self.position.as_dvec3());
         cuts.push(-w0.dot(z) / ray.direction.dot(z));
@@ -15,13 +21,13 @@ impl SpotLight {
         cuts.insert(0, span.start);
         cuts.push(span.end);
         // the cone is convex: one piece at most is inside
-        let cos_outer = f64::from(self.outer).cos();
+        let cosine = angle.cos();
         let mut inside = Interval::new(span.start, span.start);
         for pair in cuts.windows(2) {
             let middle =
                 if pair[1].is_finite() { 0.5 * (pair[0] + pair[1]) } else { 2.0 * pair[0].abs() + 1e9 };
             let w = ray.at(middle) - self.position.as_dvec3();
-            if w.dot(z) > cos_outer * w.length() {
+            if w.dot(z) > cosine * w.length() {
                 let start = if inside.is_empty() { pair[0] } else { inside.start };
                 inside = Interval::new(start, pair[1]);
             }

@@ -42,6 +42,14 @@ pub enum DepthEncoding {
 }
 
 impl DepthEncoding {
+    /// Whether the encoding makes sense for a projection.
+    ///
+    /// # Errors
+    /// [`ShadowMapError::Planes`] if no depth lies between the planes, or `far` is infinite in an orthographic map.
+    pub fn check(self, projection: &Projection) -> Result<(), ShadowMapError> {
+        self.check_planes(projection.kind() == ProjectionKind::Orthographic)
+    }
+
     /// Turns raw values into planar depths, face after face.
     pub(crate) fn decode(
         self,

@@ -106,6 +106,16 @@ impl VarianceMap {
         self.far
     }
 
+    /// Smallest variance that a lookup counts with, in units of `far` squared.
+    pub fn least_variance(&self) -> f32 {
+        self.least_variance as f32
+    }
+
+    /// Visibility below which a lookup is dark.
+    pub fn bleed_reduction(&self) -> f32 {
+        self.bleed as f32
+    }
+
     /// Memory; units: bytes.
     pub fn bytes(&self) -> usize {
         size_of_val(&*self.moments)

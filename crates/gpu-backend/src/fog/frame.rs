@@ -1,0 +1,109 @@
+//! What a frame is made of: views, a medium, lights with their maps, and how airlight is computed.
+
+use scene::{Aabb, AirlightModel, Camera, Light, Medium};
+use shadowmap::{DepthOrder, MapSurface};
+
+use crate::ShadowMap;
+
+/// Most lights of a frame.
+pub const MAX_LIGHTS: usize = 8;
+
+/// A frame to prepare.
+#[derive(Debug, Clone, Copy)]
+pub struct Frame<'a> {
+    /// The views, one at least.
+    pub views: &'a [View<'a>],
+    /// The medium.
+    pub medium: &'a Medium,
+    /// The lights, [`MAX_LIGHTS`] at most.
+    pub lamps: &'a [Lamp<'a>],
+    /// How airlight of local lights is formed.
+    pub model: AirlightModel,
+    /// How shadows are found.
+    pub technique: Technique,
+}
+
+/// One view of a frame.
+#[derive(Debug, Clone, Copy)]
+pub struct View<'a> {
+    /// Where the view is taken from.
+    pub camera: &'a Camera,
+    /// Columns and rows; units: pixels.
+    pub size: (u32, u32),
+    /// Where view rays end.
+    pub depth: SceneDepth<'a>,
+    /// How far a ray that hits nothing is integrated; units: m; may be infinite.
+    pub max_distance: f64,
+}
+
+/// Where the view rays of a view end.
+#[derive(Debug, Clone, Copy)]
+pub enum SceneDepth<'a> {
+    /// Nowhere: there is no surface in view.
+    Nothing,
+    /// At these distances along the rays, row-major; units: m; infinite where a ray hits nothing.
+    Distances(&'a [f32]),
+    /// At what a host's renderer drew with the view's camera.
+    Buffer {
+        /// A depth texture of the view's size with `TEXTURE_BINDING` usage and one sample a pixel.
+        texture: &'a wgpu::Texture,
+        /// Which end of [0, 1] is near.
+        order: DepthOrder,
+        /// Near plane of the camera's matrix; units: m.
+        near: f32,
+        /// Far plane; units: m; may be infinite.
+        far: f32,
+    },
+}
+
+/// A light of a frame, and what shadows it.
+#[derive(Debug, Clone, Copy)]
+pub struct Lamp<'a> {
+    /// The light.
+    pub light: &'a Light,
+    /// Its shadows; `None` where nothing casts any, which then cost nothing.
+    pub shadows: Option<Shadows<'a>>,
+}
+
+/// What shadows a light.
+#[derive(Debug, Clone, Copy)]
+pub struct Shadows<'a> {
+    /// The light's map.
+    pub map: &'a ShadowMap,
+    /// A box around all that casts shadows: a march spends no step outside of what it can shadow.
+    pub casters: Aabb,
+}
+
+/// How airlight with shadows is computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Technique {
+    /// The exact lit pieces of each view ray against the map; no step, no sample.
+    ExactShadowMap {
+        /// What the map says between its texel centres.
+        surface: MapSurface,
+    },
+    /// A march that looks the map up at every step.
+    BruteForce {
+        /// Steps along each ray for each light.
+        samples: u32,
+        /// How the map is looked up.
+        lookup: Lookup,
+    },
+}
+
+/// How a march looks a map up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Lookup {
+    /// The texel that the point falls in.
+    #[default]
+    Nearest,
+    /// Percentage-closer filtering with a kernel of 1 to [`MAX_KERNEL`](shadowmap::MAX_KERNEL) texels.
+    PercentageCloser {
+        /// Width of the kernel; units: texels.
+        width: u32,
+    },
+    /// Chebyshev's bound from the map's moments.
+    Variance,
+    /// The surface that joins the texel centres.
+    LinearSurface,
+}

@@ -1,0 +1,67 @@
+//! The bind groups of the scattering passes. Twins: `shaders/shared/bindings_view.wgsl` and `bindings.wgsl`.
+
+use crate::pass::{storage_texture, texture, uniform};
+
+/// Layouts of the view's group (with and without the texture that is written) and the light's.
+#[derive(Debug)]
+pub(super) struct Layouts {
+    pub(super) view: wgpu::BindGroupLayout,
+    pub(super) composite: wgpu::BindGroupLayout,
+    pub(super) light: wgpu::BindGroupLayout,
+}
+
+/// Textures of one texel that stand in for what a scene lacks.
+#[derive(Debug)]
+pub(super) struct StandIns {
+    pub(super) flat: wgpu::TextureView,
+    pub(super) array: wgpu::TextureView,
+    pub(super) volume: wgpu::TextureView,
+}
+
+impl Layouts {
+    pub(super) fn new(device: &wgpu::Device) -> Self {
+        let (flat, array) = (wgpu::TextureViewDimension::D2, wgpu::TextureViewDimension::D2Array);
+        let volume = wgpu::TextureViewDimension::D3;
+        let group = |label, entries: &[wgpu::BindGroupLayoutEntry]| {
+            device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries })
+        };
+        let reads = [uniform(0), texture(1, flat), texture(2, flat), texture(4, volume)];
+        let writes = storage_texture(3, wgpu::TextureFormat::Rgba32Float, flat);
+        let drawn = reads.map(|mut entry| {
+            entry.visibility = wgpu::ShaderStages::FRAGMENT;
+            entry
+        });
+        Self {
+            view: group("fog view", &[reads[0], reads[1], reads[2], writes, reads[3]]),
+            composite: group("fog composite", &drawn),
+            light: group(
+                "fog light",
+                &[uniform(0), texture(1, array), texture(2, array), texture(3, array), texture(4, flat)],
+            ),
+        }
+    }
+}
+
+impl StandIns {
+    pub(super) fn new(device: &wgpu::Device) -> Self {
+        let view = |dimension, view| {
+            let texture = device.create_texture(&wgpu::TextureDescriptor {
+                label: Some("stand-in"),
+                size: wgpu::Extent3d { width: 1, height: 1, depth_or_array_layers: 1 },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension,
+                format: wgpu::TextureFormat::R32Float,
+                usage: wgpu::TextureUsages::TEXTURE_BINDING,
+                view_formats: &[],
+            });
+            texture
+                .create_view(&wgpu::TextureViewDescriptor { dimension: Some(view), ..Default::default() })
+        };
+        Self {
+            flat: view(wgpu::TextureDimension::D2, wgpu::TextureViewDimension::D2),
+            array: view(wgpu::TextureDimension::D2, wgpu::TextureViewDimension::D2Array),
+            volume: view(wgpu::TextureDimension::D3, wgpu::TextureViewDimension::D3),
+        }
+    }
+}

@@ -1,0 +1,208 @@
+//! The lights of a frame: checks, uniforms, and what their passes are bound to.
+
+use std::sync::Arc;
+
+use scene::{Light, LightTexture};
+use shadowmap::{MapSurface, Outside, ProjectionKind};
+use wgpu::util::DeviceExt;
+
+use super::frame::{Frame, Lamp, Lookup, Technique};
+use super::layout::{Layouts, StandIns};
+use super::plan::{Shader, Variant, Work};
+use super::write_texture;
+use crate::PrepareError;
+use crate::checked::prepared;
+use crate::layout::{Basis, LightUniform};
+
+/// Checks that every map can serve its light.
+pub(super) fn check_maps(frame: &Frame<'_>) -> Result<(), PrepareError> {
+    let variance =
+        matches!(frame.technique, Technique::BruteForce { lookup: Lookup::Variance, .. });
+    for (index, lamp) in frame.lamps.iter().enumerate() {
+        let Some(shadows) = lamp.shadows else { continue };
+        let projection = shadows.map.projection().kind();
+        let (wanted, kind) = match lamp.light {
+            Light::Point(_) => (ProjectionKind::Cube, "point"),
+            Light::Spot(_) => (ProjectionKind::Perspective, "spot"),
+            Light::Directional(_) => (ProjectionKind::Orthographic, "directional"),
+        };
+        if projection != wanted {
+            let map = match projection {
+                ProjectionKind::Perspective => "a perspective",
+                ProjectionKind::Orthographic => "an orthographic",
+                ProjectionKind::Cube => "a cube",
+            };
+            return Err(PrepareError::WrongMap { light: index, map, kind });
+        }
+        if variance && shadows.map.moments().is_none() {
+            return Err(PrepareError::NoMoments { light: index });
+        }
+    }
+    if let Technique::BruteForce { lookup: Lookup::PercentageCloser { width }, .. } = frame.technique {
+        shadowmap::Filter::pcf(width)?;
+    }
+    Ok(())
+}
+
+/// The meaning of the map that a variant reads.
+pub(super) fn surface(variant: &Variant) -> MapSurface {
+    if variant.linear { MapSurface::Linear } else { MapSurface::Step }
+}
+
+/// A light's uniform for one view.
+pub(super) fn uniform(
+    device: &wgpu::Device,
+    frame: &Frame<'_>,
+    work: &Work,
+    basis: &Basis,
+) -> LightUniform {
+    let Some(lamp) = work.lamp.map(|index| &frame.lamps[index]) else {
+        // the medium's own glow: no light
+        let mut uniform: LightUniform = bytemuck::Zeroable::zeroed();
+        uniform.samples = work.samples;
+        return uniform;
+    };
+    let mut uniform = LightUniform::new(basis, lamp.light);
+    (uniform.samples, uniform.kernel) = (work.samples, work.kernel);
+    if let Some(shadows) = lamp.shadows {
+        let map = shadows.map;
+        uniform = uniform
+            .with_occluders(basis, &shadows.casters)
+            .with_map(basis, map.projection(), map.size());
+        uniform.outside = u32::from(map.outside() == Outside::Lit);
+        if let Some(moments) = map.moments() {
+            uniform.variance[..3].copy_from_slice(&moments.parameters);
+        }
+        if work.variant.shader == Shader::Exact
+            && let Ok(pyramid) = map.pyramid(device, surface(&work.variant))
+        {
+            uniform.map_top = pyramid.top();
+        }
+    }
+    uniform
+}
+
+/// What a light's pass is bound to.
+pub(super) fn group(
+    device: &wgpu::Device,
+    layouts: &Layouts,
+    stand_ins: &StandIns,
+    frame: &Frame<'_>,
+    work: &Work,
+    uniform: &LightUniform,
+    pictures: &[Option<wgpu::TextureView>],
+) -> wgpu::BindGroup {
+    let buffer = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+        label: Some("fog light"),
+        contents: bytemuck::bytes_of(uniform),
+        usage: wgpu::BufferUsages::UNIFORM,
+    });
+    let map = work.lamp.and_then(|index| frame.lamps[index].shadows).map(|shadows| shadows.map);
+    let array = |texture: &wgpu::Texture| {
+        texture.create_view(&wgpu::TextureViewDescriptor {
+            dimension: Some(wgpu::TextureViewDimension::D2Array),
+            ..Default::default()
+        })
+    };
+    let spare = || stand_ins.array.clone();
+    let heights = map.map_or_else(spare, |map| array(map.heights()));
+    let pyramid = map
+        .filter(|_| work.variant.shader == Shader::Exact)
+        .and_then(|map| map.pyramid(device, surface(&work.variant)).ok())
+        .map_or_else(spare, |pyramid| pyramid.view());
+    let moments = map
+        .and_then(|map| map.moments())
+        .filter(|_| work.variant.lookup == 2)
+        .map_or_else(spare, |moments| array(&moments.texture));
+    let picture = work.lamp.and_then(|index| pictures[index].clone());
+    let picture = picture.unwrap_or_else(|| stand_ins.flat.clone());
+    let views = [&heights, &pyramid, &moments, &picture].map(wgpu::BindingResource::TextureView);
+    let mut entries = vec![wgpu::BindGroupEntry { binding: 0, resource: buffer.as_entire_binding() }];
+    entries.extend(
+        views.into_iter().zip(1..).map(|(resource, binding)| wgpu::BindGroupEntry { binding, resource }),
+    );
+    device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some("fog light"),
+        layout: &layouts.light,
+        entries: &entries,
+    })
+}
+
+/// Pictures of spot lights on the GPU; one that several lights or frames share is uploaded once.
+#[derive(Debug, Default)]
+pub(super) struct Pictures {
+    known: Vec<(Arc<LightTexture>, wgpu::TextureView)>,
+}
+
+impl Pictures {
+    /// The picture of each light, if it has one; those that no light has any more are dropped.
+    pub(super) fn of(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        lamps: &[Lamp<'_>],
+    ) -> Result<Vec<Option<wgpu::TextureView>>, PrepareError> {
+        let wanted = |lamp: &Lamp<'_>| match lamp.light {
+            Light::Spot(spot) => spot.texture.clone(),
+            Light::Point(_) | Light::Directional(_) => None,
+        };
+        let mut kept: Vec<(Arc<LightTexture>, wgpu::TextureView)> = Vec::new();
+        let mut views = Vec::new();
+        for lamp in lamps {
+            let Some(picture) = wanted(lamp) else {
+                views.push(None);
+                continue;
+            };
+            let known = kept.iter().chain(&self.known).find(|(known, _)| Arc::ptr_eq(known, &picture));
+            let view = match known {
+                Some((_, view)) => view.clone(),
+                None => upload(device, queue, &picture)?,
+            };
+            kept.push((picture, view.clone()));
+            views.push(Some(view));
+        }
+        self.known = kept;
+        Ok(views)
+    }
+
+    /// Memory; units: bytes.
+    pub(super) fn bytes(&self) -> u64 {
+        self.known.iter().map(|(picture, _)| 16 * picture.texels.len() as u64).sum()
+    }
+}
+
+fn upload(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    picture: &LightTexture,
+) -> Result<wgpu::TextureView, PrepareError> {
+    let limit = device.limits().max_texture_dimension_2d;
+    let side = picture.width.max(picture.height);
+    if side > limit {
+        return Err(PrepareError::TooLarge {
+            what: "the light texture's side",
+            needed: side.into(),
+            limit: limit.into(),
+            unit: "texels",
+        });
+    }
+    prepared(device, "the light texture", || {
+        let texture = device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("light texture"),
+            size: wgpu::Extent3d {
+                width: picture.width,
+                height: picture.height,
+                depth_or_array_layers: 1,
+            },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: wgpu::TextureFormat::Rgba32Float,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+            view_formats: &[],
+        });
+        let texels: Vec<[f32; 4]> = picture.texels.iter().map(|&[r, g, b]| [r, g, b, 1.0]).collect();
+        write_texture(queue, &texture, bytemuck::cast_slice(&texels), 16);
+        texture.create_view(&wgpu::TextureViewDescriptor::default())
+    })
+}

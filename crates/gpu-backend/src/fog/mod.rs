@@ -1,0 +1,568 @@
+//! Fog for a renderer: prepared from plain values, encoded into the host's commands, drawn over the host's picture.
+
+mod composite;
+mod frame;
+mod layout;
+mod lights;
+mod plan;
+mod ray_ends;
+mod targets;
+
+use std::collections::HashMap;
+
+use scene::{Density, DensityGrid, Medium};
+use wgpu::util::DeviceExt;
+use wgpu_profiler::{GpuProfiler, GpuProfilerSettings};
+
+pub use composite::CompositeTarget;
+use composite::CompositeVariant;
+pub use frame::{Frame, Lamp, Lookup, MAX_LIGHTS, SceneDepth, Shadows, Technique, View};
+use layout::{Layouts, StandIns};
+use plan::{Shader, Variant, Work};
+use ray_ends::RayEnds;
+use targets::{Targets, check_view, ends};
+
+use crate::capabilities::check_limits;
+use crate::checked::{prepared, read_buffer};
+use crate::layout::{Basis, ViewUniform};
+use crate::map::{HostConverter, Pyramid, PyramidBuilder};
+use crate::pass::{ComputePass, compute_pipeline};
+use crate::{CreateError, FrameStats, PassTime, PrepareError, ReadError, ShadowMap};
+
+/// How a [`Fog`] is made.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct FogDescriptor<'a> {
+    /// Name in front of all labels.
+    pub label: Option<&'a str>,
+    /// What [`Fog::composite`] draws into; `None` if it is not used.
+    pub target: Option<CompositeTarget>,
+}
+
+/// Airlight with volumetric shadows on a device that is the host's or one's own.
+///
+/// [`Fog::new`], then for every frame [`Fog::prepare`], [`Fog::encode`] into the host's encoder and [`Fog::composite`]
+/// inside the host's render pass. Nothing here submits, but for [`Fog::read_airlight`].
+pub struct Fog {
+    label: String,
+    target: Option<CompositeTarget>,
+    layouts: Layouts,
+    stand_ins: StandIns,
+    scatter: HashMap<Variant, wgpu::ComputePipeline>,
+    composite: HashMap<CompositeVariant, wgpu::RenderPipeline>,
+    pyramids: PyramidBuilder,
+    converter: HostConverter,
+    ray_ends: RayEnds,
+    profiler: Option<GpuProfiler>,
+    /// Whether the profiler holds a frame that has not been ended.
+    encoded: bool,
+    views: Vec<ViewState>,
+    passes: Vec<ComputePass>,
+    /// What the passes make of the maps.
+    building: Vec<MapChange>,
+    pictures: lights::Pictures,
+    grid: Option<(DensityGrid, wgpu::TextureView)>,
+    stats: FrameStats,
+}
+
+impl std::fmt::Debug for Fog {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Fog").field("label", &self.label).field("stats", &self.stats).finish_non_exhaustive()
+    }
+}
+
+/// A map that is up to date once the frame's passes are encoded.
+#[derive(Debug)]
+struct MapChange {
+    map: ShadowMap,
+    version: u64,
+    pyramid: Option<Pyramid>,
+}
+
+/// A view as the last frame left it.
+#[derive(Debug)]
+struct ViewState {
+    targets: Targets,
+    /// Which of the airlight textures holds the result.
+    result: usize,
+    /// Draws of the composite, in order.
+    draws: Vec<(CompositeVariant, wgpu::BindGroup)>,
+}
+
+impl Fog {
+    /// Makes what every frame needs; pipelines for particular lights and media are made when a frame first needs them.
+    ///
+    /// # Errors
+    /// [`CreateError`] if the device was made with less than [`required_limits`](crate::required_limits), the target
+    /// cannot be blended into, or the driver refuses a pipeline.
+    pub fn new(device: &wgpu::Device, descriptor: &FogDescriptor<'_>) -> Result<Self, CreateError> {
+        check_limits(device)?;
+        if let Some(target) = &descriptor.target {
+            let features = target.format.guaranteed_format_features(device.features());
+            let blendable = features.flags.contains(wgpu::TextureFormatFeatureFlags::BLENDABLE);
+            if !blendable || !features.allowed_usages.contains(wgpu::TextureUsages::RENDER_ATTACHMENT) {
+                return Err(CreateError::Format(target.format));
+            }
+        }
+        let settings = GpuProfilerSettings { enable_debug_groups: false, ..Default::default() };
+        let profiler = device
+            .features()
+            .contains(wgpu::Features::TIMESTAMP_QUERY)
+            .then(|| GpuProfiler::new(device, settings).ok())
+            .flatten();
+        Ok(Self {
+            label: descriptor.label.unwrap_or("fog").to_owned(),
+            target: descriptor.target,
+            layouts: Layouts::new(device),
+            stand_ins: StandIns::new(device),
+            scatter: HashMap::new(),
+            composite: HashMap::new(),
+            pyramids: PyramidBuilder::new(device)?,
+            converter: HostConverter::new(device)?,
+            ray_ends: RayEnds::new(device)?,
+            profiler,
+            encoded: false,
+            views: Vec::new(),
+            passes: Vec::new(),
+            building: Vec::new(),
+            pictures: lights::Pictures::default(),
+            grid: None,
+            stats: FrameStats::default(),
+        })
+    }
+
+    /// Uploads a frame and decides what it needs; nothing is submitted.
+    ///
+    /// # Errors
+    /// [`PrepareError`] names what does not fit: too many lights, a view or map that is too large, a texture of the
+    /// wrong format, a feature that the technique cannot take, a device that is lost. Nothing of the frame before is left.
+    pub fn prepare(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        frame: &Frame<'_>,
+    ) -> Result<(), PrepareError> {
+        if frame.lamps.len() > MAX_LIGHTS {
+            return Err(PrepareError::TooManyLights { got: frame.lamps.len(), most: MAX_LIGHTS });
+        }
+        let largest = device.limits().max_texture_dimension_2d;
+        for (index, view) in frame.views.iter().enumerate() {
+            check_view(index, view, largest)?;
+        }
+        lights::check_maps(frame)?;
+        let work = plan::plan(frame)?;
+        for work in &work {
+            self.scatter_pipeline(device, work.variant)?;
+        }
+        let grid = self.density_grid(device, queue, frame.medium)?;
+        let pictures = self.pictures.of(device, queue, frame.lamps)?;
+        let mut stats = FrameStats::default();
+        let mut passes = Vec::new();
+        let building = self.map_passes(device, frame, &work, &mut passes, &mut stats)?;
+        let mut views = Vec::new();
+        self.passes.clear();
+        self.building.clear();
+        let mut old: Vec<Targets> = self.views.drain(..).map(|view| view.targets).collect();
+        for view in frame.views {
+            // a view of the same size keeps its textures
+            let targets = match old.iter().position(|targets| targets.size == view.size) {
+                Some(index) => old.swap_remove(index),
+                None => Targets::new(device, view.size)?,
+            };
+            let state = self.view_passes(
+                device, queue, frame, view, targets, &work, &grid, &pictures, &mut passes, &mut stats,
+            )?;
+            views.push(state);
+        }
+        if let (Some(target), Some(view)) = (self.target, views.first()) {
+            for (variant, _) in &view.draws {
+                if !self.composite.contains_key(variant) {
+                    let pipeline = composite::pipeline(device, &self.layouts.composite, &target, *variant)?;
+                    self.composite.insert(*variant, pipeline);
+                }
+            }
+        }
+        stats.passes = passes.iter().map(|pass| pass.label.clone()).collect();
+        stats.bytes += views.iter().map(|view| view.targets.bytes()).sum::<u64>() + self.pictures.bytes();
+        (self.views, self.passes, self.building, self.stats) = (views, passes, building, stats);
+        Ok(())
+    }
+
+    /// Encodes the prepared frame's passes; may be called again for the same frame.
+    pub fn encode(&mut self, encoder: &mut wgpu::CommandEncoder) {
+        self.end_profiled_frame();
+        encoder.push_debug_group(&self.label);
+        for pass in &self.passes {
+            match &self.profiler {
+                Some(profiler) => {
+                    let query = profiler.begin_pass_query(pass.label.as_str(), encoder);
+                    pass.encode(encoder, query.compute_pass_timestamp_writes());
+                    profiler.end_query(encoder, query);
+                }
+                None => pass.encode(encoder, None),
+            }
+        }
+        encoder.pop_debug_group();
+        if let Some(profiler) = &mut self.profiler {
+            profiler.resolve_queries(encoder);
+            self.encoded = true;
+        }
+        for change in &self.building {
+            change.map.mark_converted(change.version);
+            if let Some(pyramid) = &change.pyramid {
+                pyramid.mark(change.version);
+            }
+        }
+    }
+
+    /// Draws a view's fog over the picture that `pass` draws, which covers the whole view; to be called after the
+    /// commands of [`Fog::encode`], once for each view.
+    ///
+    /// Does nothing for a view that was not prepared, or without a target.
+    pub fn composite(&self, pass: &mut wgpu::RenderPass<'_>, view: usize) {
+        let Some(view) = self.views.get(view) else { return };
+        pass.push_debug_group(&self.label);
+        for (variant, group) in &view.draws {
+            if let Some(pipeline) = self.composite.get(variant) {
+                pass.set_pipeline(pipeline);
+                pass.set_bind_group(0, group, &[]);
+                pass.draw(0..3, 0..1);
+            }
+        }
+        pass.pop_debug_group();
+    }
+
+    /// The airlight of a view: rgba32float, radiance in rgb; `None` if the view was not prepared.
+    pub fn airlight(&self, view: usize) -> Option<&wgpu::Texture> {
+        let view = self.views.get(view)?;
+        view.targets.airlight[view.result].as_ref()
+    }
+
+    /// What the prepared frame consists of.
+    pub fn stats(&self) -> &FrameStats {
+        &self.stats
+    }
+
+    /// Times of the passes of the last encoded frame, once its commands are submitted; waits for the device.
+    ///
+    /// Empty if the frame was read before or the device has no timestamps; a time that came back as zero is `None`.
+    ///
+    /// # Errors
+    /// [`ReadError::Device`] if the device is lost.
+    pub fn pass_times(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+    ) -> Result<Vec<PassTime>, ReadError> {
+        self.end_profiled_frame();
+        let Some(profiler) = &mut self.profiler else { return Ok(Vec::new()) };
+        device
+            .poll(wgpu::PollType::wait_indefinitely())
+            .map_err(|e| ReadError::Device { what: "pass times", reason: e.to_string() })?;
+        let mut last = Vec::new();
+        while let Some(frame) = profiler.process_finished_frame(queue.get_timestamp_period()) {
+            last = frame;
+        }
+        let time = |range: std::ops::Range<f64>| (range.end - range.start) * 1e3;
+        Ok(last
+            .into_iter()
+            .map(|result| PassTime {
+                name: result.label,
+                ms: result.time.map(time).filter(|&ms| ms > 0.0 && ms.is_finite()),
+            })
+            .collect())
+    }
+
+    /// Airlight of a view, row-major, once the frame's commands are submitted; submits a copy and waits for it.
+    ///
+    /// # Errors
+    /// [`ReadError::Nothing`] if the view was not prepared, [`ReadError::Device`] if the device is lost.
+    pub fn read_airlight(
+        &self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        view: usize,
+    ) -> Result<Vec<[f32; 3]>, ReadError> {
+        let texture = self.airlight(view).ok_or(ReadError::Nothing("such view"))?;
+        let (width, height) = (texture.width(), texture.height());
+        // rows of a copy are a multiple of 256 bytes
+        let stride = (16 * width).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+        let what = "the airlight";
+        let readback = crate::checked::caught(device, || {
+            let readback = device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("airlight readback"),
+                size: u64::from(stride) * u64::from(height),
+                usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            });
+            let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor {
+                label: Some("airlight readback"),
+            });
+            encoder.copy_texture_to_buffer(
+                texture.as_image_copy(),
+                wgpu::TexelCopyBufferInfo {
+                    buffer: &readback,
+                    layout: wgpu::TexelCopyBufferLayout {
+                        offset: 0,
+                        bytes_per_row: Some(stride),
+                        rows_per_image: Some(height),
+                    },
+                },
+                texture.size(),
+            );
+            queue.submit([encoder.finish()]);
+            readback
+        })
+        .map_err(|reason| ReadError::Device { what, reason })?;
+        let bytes = read_buffer(device, &readback, what)?;
+        let mut pixels = Vec::with_capacity(width as usize * height as usize);
+        for row in bytes.chunks_exact(stride as usize) {
+            let row: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&row[..16 * width as usize]);
+            pixels.extend(row.into_iter().map(|[r, g, b, _]| [r, g, b]));
+        }
+        Ok(pixels)
+    }
+
+    /// Tells the profiler that the commands of the last encoded frame have been submitted.
+    fn end_profiled_frame(&mut self) {
+        if std::mem::take(&mut self.encoded)
+            && let Some(profiler) = &mut self.profiler
+        {
+            // fails only if a query was left open, which encode never does
+            let _ = profiler.end_frame();
+        }
+    }
+
+    fn scatter_pipeline(&mut self, device: &wgpu::Device, variant: Variant) -> Result<(), CreateError> {
+        if !self.scatter.contains_key(&variant) {
+            let layouts = [&self.layouts.view, &self.layouts.light];
+            let pipeline =
+                compute_pipeline(device, variant.shader.name(), &layouts, &variant.constants())?;
+            self.scatter.insert(variant, pipeline);
+        }
+        Ok(())
+    }
+
+    /// The passes that convert and refine maps.
+    fn map_passes(
+        &self,
+        device: &wgpu::Device,
+        frame: &Frame<'_>,
+        work: &[Work],
+        passes: &mut Vec<ComputePass>,
+        stats: &mut FrameStats,
+    ) -> Result<Vec<MapChange>, PrepareError> {
+        let mut building = Vec::new();
+        for work in work {
+            let Some(shadows) = work.lamp.and_then(|index| frame.lamps[index].shadows) else { continue };
+            let map = shadows.map;
+            stats.maps += 1;
+            let version = map.version();
+            let mut change = MapChange { map: map.clone(), version, pyramid: None };
+            if let Some(source) = map.unconverted() {
+                passes.push(self.converter.pass(device, map, source));
+            }
+            if work.variant.shader == Shader::Exact {
+                let surface = lights::surface(&work.variant);
+                let pyramid = map.pyramid(device, surface)?;
+                if !pyramid.is_current(version) {
+                    passes.extend(self.pyramids.passes(device, map, &pyramid));
+                    stats.pyramids_built += 1;
+                    change.pyramid = Some(pyramid);
+                }
+            }
+            building.push(change);
+            stats.bytes += map.bytes();
+        }
+        Ok(building)
+    }
+
+    /// One view's passes and draws.
+    fn view_passes(
+        &self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        frame: &Frame<'_>,
+        view: &View<'_>,
+        mut targets: Targets,
+        work: &[Work],
+        grid: &wgpu::TextureView,
+        pictures: &[Option<wgpu::TextureView>],
+        passes: &mut Vec<ComputePass>,
+        stats: &mut FrameStats,
+    ) -> Result<ViewState, PrepareError> {
+        let dispatches: usize = work.iter().map(|work| work.parts.len()).sum();
+        targets.reserve(device, dispatches.clamp(1, 2))?;
+        let basis = Basis::new(view.camera, view.size);
+        let uniform = ViewUniform::new(view.camera, view.size, view.max_distance, frame.medium);
+        let (width, height) = view.size;
+        prepared(device, "a view", || {
+            let uniform = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+                label: Some("fog view"),
+                contents: bytemuck::bytes_of(&uniform),
+                usage: wgpu::BufferUsages::UNIFORM,
+            });
+            if let SceneDepth::Buffer { texture, order, near, far } = view.depth {
+                passes.push(self.ray_ends.pass(
+                    device,
+                    uniform.as_entire_binding(),
+                    texture,
+                    (order, near, far),
+                    &targets.ray_ends,
+                ));
+            } else {
+                write_texture(queue, &targets.ray_ends, bytemuck::cast_slice(&ends(view)), 4);
+            }
+            let ray_ends = targets.ray_ends.create_view(&wgpu::TextureViewDescriptor::default());
+            let airlight = targets.airlight.each_ref().map(|texture| {
+                texture.as_ref().map(|t| t.create_view(&wgpu::TextureViewDescriptor::default()))
+            });
+            if dispatches == 0
+                && let Some(texture) = &targets.airlight[0]
+            {
+                write_texture(queue, texture, &vec![0; 16 * width as usize * height as usize], 16);
+            }
+            let mut done = 0;
+            for work in work {
+                for &(first, end) in &work.parts {
+                    let (to, before) = (done % 2, (done + 1) % 2);
+                    let before = airlight[before].as_ref().filter(|_| done > 0);
+                    let before = before.unwrap_or(&self.stand_ins.flat);
+                    let Some(to) = &airlight[to] else { continue };
+                    let mut light = lights::uniform(device, frame, work, &basis);
+                    (light.first_sample, light.end_sample) = (first, end);
+                    light.adds = u32::from(done > 0);
+                    let light_group = lights::group(
+                        device, &self.layouts, &self.stand_ins, frame, work, &light, pictures,
+                    );
+                    let entries = [
+                        (0, uniform.as_entire_binding()),
+                        (1, wgpu::BindingResource::TextureView(&ray_ends)),
+                        (2, wgpu::BindingResource::TextureView(before)),
+                        (3, wgpu::BindingResource::TextureView(to)),
+                        (4, wgpu::BindingResource::TextureView(grid)),
+                    ]
+                    .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource });
+                    let view_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+                        label: Some("fog view"),
+                        layout: &self.layouts.view,
+                        entries: &entries,
+                    });
+                    passes.push(ComputePass {
+                        label: work.label.clone(),
+                        pipeline: self.scatter[&work.variant].clone(),
+                        groups: vec![view_group, light_group],
+                        workgroups: [width.div_ceil(8), height.div_ceil(8), 1],
+                    });
+                    done += 1;
+                }
+                stats.samples += u64::from(work.samples) * u64::from(width) * u64::from(height);
+                stats.closed_forms +=
+                    u32::from(work.variant.shader == Shader::Exact && !work.variant.shadowed);
+            }
+            let result = (done + 1) % 2;
+            let result = if targets.airlight[result].is_some() { result } else { 0 };
+            let draws = self.draws(device, frame.medium, &uniform, &ray_ends, &airlight[result], grid);
+            ViewState { targets, result, draws }
+        })
+    }
+
+    /// The draws that composite a view.
+    fn draws(
+        &self,
+        device: &wgpu::Device,
+        medium: &Medium,
+        uniform: &wgpu::Buffer,
+        ray_ends: &wgpu::TextureView,
+        airlight: &Option<wgpu::TextureView>,
+        grid: &wgpu::TextureView,
+    ) -> Vec<(CompositeVariant, wgpu::BindGroup)> {
+        let Some(airlight) = airlight else { return Vec::new() };
+        let sigma_t = medium.coefficients.sigma_t();
+        let achromatic = sigma_t[0] == sigma_t[1] && sigma_t[1] == sigma_t[2];
+        let variant = CompositeVariant {
+            bounded: medium.bounds.is_some(),
+            density: match &medium.density {
+                None => 0,
+                Some(Density::Height { .. }) => 1,
+                Some(Density::Grid(_)) => 2,
+            },
+            attenuates: false,
+            adds: !achromatic,
+        };
+        let entries = [
+            (0, uniform.as_entire_binding()),
+            (1, wgpu::BindingResource::TextureView(ray_ends)),
+            (2, wgpu::BindingResource::TextureView(airlight)),
+            (4, wgpu::BindingResource::TextureView(grid)),
+        ]
+        .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource });
+        let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("fog composite"),
+            layout: &self.layouts.composite,
+            entries: &entries,
+        });
+        let mut draws = Vec::new();
+        if !achromatic {
+            draws.push((CompositeVariant { attenuates: true, adds: false, ..variant }, group.clone()));
+        }
+        draws.push((variant, group));
+        draws
+    }
+
+    /// The density grid's texture; uploaded again only if the grid is another one.
+    fn density_grid(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        medium: &Medium,
+    ) -> Result<wgpu::TextureView, PrepareError> {
+        let Some(Density::Grid(grid)) = &medium.density else {
+            return Ok(self.stand_ins.volume.clone());
+        };
+        if let Some((known, view)) = &self.grid
+            && known == grid
+        {
+            return Ok(view.clone());
+        }
+        let [x, y, z] = grid.size;
+        let limit = device.limits().max_texture_dimension_3d;
+        if x.max(y).max(z) > limit {
+            return Err(PrepareError::TooLarge {
+                what: "the density grid's side",
+                needed: x.max(y).max(z).into(),
+                limit: limit.into(),
+                unit: "cells",
+            });
+        }
+        let view = prepared(device, "the density grid", || {
+            let texture = device.create_texture(&wgpu::TextureDescriptor {
+                label: Some("density grid"),
+                size: wgpu::Extent3d { width: x, height: y, depth_or_array_layers: z },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D3,
+                format: wgpu::TextureFormat::R32Float,
+                usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+                view_formats: &[],
+            });
+            write_texture(queue, &texture, bytemuck::cast_slice(&grid.values), 4);
+            texture.create_view(&wgpu::TextureViewDescriptor::default())
+        })?;
+        self.grid = Some((grid.clone(), view.clone()));
+        Ok(view)
+    }
+}
+
+/// Writes all of a texture.
+fn write_texture(queue: &wgpu::Queue, texture: &wgpu::Texture, bytes: &[u8], texel: u32) {
+    queue.write_texture(
+        texture.as_image_copy(),
+        bytes,
+        wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some(texture.width() * texel),
+            rows_per_image: Some(texture.height()),
+        },
+        texture.size(),
+    );
+}

@@ -1,0 +1,268 @@
+//! Which dispatches a frame needs: nothing here touches a GPU.
+//!
+//! A scene pays for what it has. A light that nothing shadows is one closed-form evaluation a pixel; a medium whose
+//! channels are attenuated alike is integrated once; what has no texture, bounds or density has no code for them, since
+//! every pipeline is specialised by constants.
+
+use scene::{AirlightModel, Density, Light, Medium, Refusal};
+
+use super::frame::{Frame, Lamp, Lookup, Technique};
+
+/// Steps of a march, times what each loops over, in one dispatch: some drivers cut loops silently at 65,535 trips of a
+/// group of threads.
+const MOST_TRIPS: u32 = 30_000;
+
+/// A scattering shader with its constants.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(crate) struct Variant {
+    pub(crate) shader: Shader,
+    /// 0 point, 1 spot, 2 directional, 3 the medium's own glow.
+    pub(crate) light: u8,
+    pub(crate) textured: bool,
+    pub(crate) shadowed: bool,
+    pub(crate) linear: bool,
+    /// 0 nearest, 1 percentage-closer, 2 variance, 3 linear surface.
+    pub(crate) lookup: u8,
+    pub(crate) achromatic: bool,
+    pub(crate) isotropic: bool,
+    pub(crate) bounded: bool,
+    /// 0 none, 1 height, 2 grid.
+    pub(crate) density: u8,
+    pub(crate) hoffman_preetham: bool,
+}
+
+/// Which scattering shader.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(crate) enum Shader {
+    Exact,
+    March,
+    MarchVarying,
+}
+
+impl Shader {
+    pub(crate) const fn name(self) -> &'static str {
+        match self {
+            Self::Exact => "scatter/exact",
+            Self::March => "scatter/march",
+            Self::MarchVarying => "scatter/march_varying",
+        }
+    }
+}
+
+impl Variant {
+    /// The shader's override constants.
+    pub(crate) fn constants(&self) -> Vec<(&'static str, f64)> {
+        let flag = |value: bool| f64::from(u8::from(value));
+        let mut constants = vec![
+            ("LIGHT", f64::from(self.light)),
+            ("TEXTURED", flag(self.textured)),
+            ("SHADOWED", flag(self.shadowed)),
+            ("LINEAR", flag(self.linear)),
+            ("LOOKUP", f64::from(self.lookup)),
+            ("ACHROMATIC", flag(self.achromatic)),
+            ("ISOTROPIC", flag(self.isotropic)),
+        ];
+        if self.shader == Shader::MarchVarying {
+            constants.extend([
+                ("BOUNDED", flag(self.bounded)),
+                ("DENSITY", f64::from(self.density)),
+                ("HOFFMAN_PREETHAM", flag(self.hoffman_preetham)),
+            ]);
+        }
+        constants
+    }
+}
+
+/// What one light, or the medium's glow, costs each view.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Work {
+    pub(crate) variant: Variant,
+    /// The light, by its index; `None` for the medium's own glow.
+    pub(crate) lamp: Option<usize>,
+    pub(crate) label: String,
+    /// Steps of the whole march along a ray; 0 without one.
+    pub(crate) samples: u32,
+    /// First step and the one after the last, for each dispatch.
+    pub(crate) parts: Vec<(u32, u32)>,
+    /// Width of a filter kernel; units: texels.
+    pub(crate) kernel: u32,
+}
+
+/// The work of a frame, light by light.
+///
+/// # Errors
+/// [`Refusal`] if the technique cannot take the medium or a light.
+pub(crate) fn plan(frame: &Frame<'_>) -> Result<Vec<Work>, Refusal> {
+    let mut work = Vec::new();
+    if frame.medium.emission != [0.0; 3] {
+        match frame.technique {
+            Technique::ExactShadowMap { .. } => {
+                return Err(refused("an emitting medium"));
+            }
+            Technique::BruteForce { samples, .. } => {
+                let variant = Variant { light: 3, ..variant(frame, Shader::MarchVarying) };
+                work.push(march(variant, None, "glow".into(), samples, 0, 0));
+            }
+        }
+    }
+    if frame.medium.coefficients.is_clear() {
+        return Ok(work);
+    }
+    for (index, lamp) in frame.lamps.iter().enumerate() {
+        work.push(of_lamp(frame, index, lamp)?);
+    }
+    Ok(work)
+}
+
+fn refused(feature: &'static str) -> Refusal {
+    Refusal { technique: "exact-shadow-map on the GPU", feature, instead: "brute-force, or the CPU" }
+}
+
+/// What all lights of a frame have in common.
+fn variant(frame: &Frame<'_>, shader: Shader) -> Variant {
+    let sigma_t = frame.medium.coefficients.sigma_t();
+    Variant {
+        shader,
+        light: 0,
+        textured: false,
+        shadowed: false,
+        linear: false,
+        lookup: 0,
+        achromatic: sigma_t[0] == sigma_t[1] && sigma_t[1] == sigma_t[2],
+        isotropic: frame.medium.phase.is_isotropic(),
+        bounded: frame.medium.bounds.is_some() && shader == Shader::MarchVarying,
+        density: match (&frame.medium.density, shader) {
+            (Some(Density::Height { .. }), Shader::MarchVarying) => 1,
+            (Some(Density::Grid(_)), Shader::MarchVarying) => 2,
+            _ => 0,
+        },
+        hoffman_preetham: shader == Shader::MarchVarying && frame.model == AirlightModel::HoffmanPreetham,
+    }
+}
+
+/// Whether a light has no closed form between boundaries.
+fn varies(frame: &Frame<'_>, light: &Light) -> bool {
+    let local_model = frame.model == AirlightModel::HoffmanPreetham;
+    let Medium { bounds, .. } = frame.medium;
+    !frame.medium.is_homogeneous()
+        || bounds.is_some()
+        || match light {
+            Light::Point(_) => local_model,
+            Light::Spot(spot) => local_model || spot.texture.is_some(),
+            Light::Directional(_) => false,
+        }
+}
+
+fn of_lamp(frame: &Frame<'_>, index: usize, lamp: &Lamp<'_>) -> Result<Work, Refusal> {
+    let (light, kind, textured) = match lamp.light {
+        Light::Point(_) => (0, "point light", false),
+        Light::Spot(spot) => (1, "spot light", spot.texture.is_some()),
+        Light::Directional(_) => (2, "directional light", false),
+    };
+    let shadowed = lamp.shadows.is_some();
+    let with = |shader: Shader| Variant { light, textured, shadowed, ..variant(frame, shader) };
+    let label = |how: &str| format!("{kind} {index}, {how}");
+    let exact = |linear: bool| {
+        let how = if shadowed { "exact" } else { "closed form" };
+        Work {
+            variant: Variant { linear: linear && shadowed, ..with(Shader::Exact) },
+            lamp: Some(index),
+            label: label(how),
+            samples: 0,
+            parts: vec![(0, 0)],
+            kernel: 0,
+        }
+    };
+    match frame.technique {
+        Technique::ExactShadowMap { surface } => {
+            if frame.medium.density.is_some() {
+                return Err(refused("a heterogeneous density"));
+            }
+            if frame.medium.bounds.is_some() {
+                return Err(refused("a bounded medium"));
+            }
+            if frame.model == AirlightModel::HoffmanPreetham && !matches!(lamp.light, Light::Directional(_)) {
+                return Err(refused("Hoffman and Preetham's model for a local light"));
+            }
+            Ok(exact(surface == shadowmap::MapSurface::Linear))
+        }
+        Technique::BruteForce { samples, lookup } => {
+            if !varies(frame, lamp.light) && !shadowed {
+                return Ok(exact(false));
+            }
+            let (lookup, kernel) = match lookup {
+                Lookup::Nearest => (0, 0),
+                Lookup::PercentageCloser { width } => (1, width),
+                Lookup::Variance => (2, 0),
+                Lookup::LinearSurface => (3, 0),
+            };
+            let shader = if varies(frame, lamp.light) { Shader::MarchVarying } else { Shader::March };
+            let lookup = if shadowed { lookup } else { 0 };
+            let variant = Variant { lookup, ..with(shader) };
+            let mut inner = if shadowed { (kernel + 1).pow(2) } else { 0 };
+            if let (Some(Density::Grid(grid)), Shader::MarchVarying) = (&frame.medium.density, shader) {
+                // the light's way through the grid, four steps to a cell
+                inner += 4 * grid.size.iter().sum::<u32>();
+            }
+            Ok(march(variant, Some(index), label("march"), samples, kernel, inner))
+        }
+    }
+}
+
+/// A march in as many dispatches as its loops need, `inner` trips for each step.
+fn march(
+    variant: Variant,
+    lamp: Option<usize>,
+    label: String,
+    samples: u32,
+    kernel: u32,
+    inner: u32,
+) -> Work {
+    let most = (MOST_TRIPS / inner.saturating_add(1)).clamp(1, 8192);
+    let parts = (0..samples.max(1).div_ceil(most)).map(|i| (i * most, ((i + 1) * most).min(samples)));
+    Work { variant, lamp, label, samples, parts: parts.collect(), kernel }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{SceneDepth, View};
+    use glam::Vec3;
+    use scene::{Camera, PointLight};
+    use shadowmap::MapSurface;
+
+    fn of(medium: &Medium, lights: &[Light], technique: Technique) -> Result<Vec<Work>, Refusal> {
+        let camera = Camera::look_at(Vec3::ZERO, Vec3::NEG_Z, Vec3::Y, 0.8).unwrap();
+        let view =
+            View { camera: &camera, size: (4, 4), depth: SceneDepth::Nothing, max_distance: f64::INFINITY };
+        let lamps: Vec<Lamp<'_>> = lights.iter().map(|light| Lamp { light, shadows: None }).collect();
+        plan(&Frame { views: &[view], medium, lamps: &lamps, model: AirlightModel::Sun, technique })
+    }
+
+    fn lamp() -> [Light; 1] {
+        [Light::Point(PointLight::new(Vec3::ONE, Vec3::ONE).unwrap())]
+    }
+
+    #[test]
+    fn a_light_without_shadows_is_a_closed_form() {
+        let medium = Medium::homogeneous([0.1; 3], [0.0; 3]).unwrap();
+        let march = Technique::BruteForce { samples: 100, lookup: Lookup::Nearest };
+        for technique in [march, Technique::ExactShadowMap { surface: MapSurface::Step }] {
+            let work = of(&medium, &lamp(), technique).unwrap();
+            assert_eq!((work.len(), work[0].variant.shader, work[0].samples), (1, Shader::Exact, 0));
+            assert!(work[0].variant.achromatic && work[0].variant.isotropic && !work[0].variant.shadowed);
+        }
+        assert!(of(&Medium::homogeneous([0.0; 3], [0.0; 3]).unwrap(), &lamp(), march).unwrap().is_empty());
+    }
+
+    #[test]
+    fn long_marches_come_in_parts() {
+        let grey = Medium::homogeneous([0.1; 3], [0.0; 3]).unwrap();
+        let fog = Medium { density: Some(Density::height(0.0, 1.0).unwrap()), ..grey };
+        let march = |samples| Technique::BruteForce { samples, lookup: Lookup::Nearest };
+        let parts = |samples| of(&fog, &lamp(), march(samples)).unwrap()[0].parts.clone();
+        assert_eq!(parts(100), [(0, 100)]);
+        assert_eq!(parts(8193), [(0, 8192), (8192, 8193)]);
+        assert!(of(&fog, &lamp(), Technique::ExactShadowMap { surface: MapSurface::Step }).is_err());
+    }
+}

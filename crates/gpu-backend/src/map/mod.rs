@@ -1,0 +1,302 @@
+//! Shadow maps on the GPU: heights of a light's map, their pyramids and moments.
+//!
+//! A map comes from the CPU ([`ShadowMap::upload`]), from a depth buffer that a host's renderer drew
+//! ([`ShadowMap::from_host`]), or is drawn here ([`DepthDrawer`](crate::DepthDrawer)). It is stored as heights
+//! (`shaders/shared/shadow_map.wgsl`) in one r32float texture, a layer a face. What else a technique needs is made when
+//! a frame first asks for it, and kept for as long as the map stays the same.
+
+mod host;
+mod pyramid;
+
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, OnceLock};
+
+use shadowmap::{Bias, DepthMap, MapSurface, Outside, Projection, ProjectionKind, VarianceMap};
+
+pub use host::HostDepth;
+pub(crate) use host::{HostConverter, check_depth_texture};
+pub(crate) use pyramid::{Pyramid, PyramidBuilder};
+
+use crate::PrepareError;
+use crate::checked::prepared;
+
+/// A light's shadow map on the GPU.
+///
+/// Cloning shares the textures.
+#[derive(Debug, Clone)]
+pub struct ShadowMap {
+    projection: Projection,
+    size: (u32, u32),
+    outside: Outside,
+    heights: wgpu::Texture,
+    /// Grows with every change of the heights.
+    version: Arc<AtomicU64>,
+    pyramids: [Arc<OnceLock<Pyramid>>; 2],
+    moments: Option<Moments>,
+    /// What the heights are converted from, if they are a host's.
+    host: Option<Arc<host::HostSource>>,
+    /// Version of the heights that were converted last.
+    converted: Arc<AtomicU64>,
+}
+
+/// Moments of depth on the GPU, for variance lookups.
+#[derive(Debug, Clone)]
+pub(crate) struct Moments {
+    pub(crate) texture: wgpu::Texture,
+    /// Depth of 1 (m), least variance, bleed reduction.
+    pub(crate) parameters: [f32; 3],
+}
+
+impl ShadowMap {
+    /// Uploads a map; only the constant part of `bias` counts in a medium.
+    ///
+    /// # Errors
+    /// [`PrepareError::TooLarge`] if a side exceeds what the device's textures allow, [`PrepareError::Device`] if there
+    /// is no memory or the device is lost.
+    pub fn upload(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        map: &DepthMap,
+        bias: Bias,
+    ) -> Result<Self, PrepareError> {
+        let mut uploaded = Self::empty(device, map.projection().clone(), map.size())?;
+        uploaded.outside = map.outside();
+        let heights = heights_of(map, bias);
+        prepared(device, "the shadow map", || {
+            write_layers(queue, &uploaded.heights, bytemuck::cast_slice(&heights), size_of::<f32>() as u32);
+        })?;
+        Ok(uploaded)
+    }
+
+    /// Replaces the depths by those of another map of the same light; pyramids are rebuilt when next asked for.
+    ///
+    /// # Errors
+    /// [`PrepareError::Texture`] if the map has another size or kind, else as [`ShadowMap::upload`].
+    pub fn update(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        map: &DepthMap,
+        bias: Bias,
+    ) -> Result<(), PrepareError> {
+        if map.size() != self.size || map.projection().kind() != self.projection.kind() {
+            let text = |(width, height): (u32, u32), projection: &Projection| {
+                format!("{width} x {height} texels, {:?}", projection.kind())
+            };
+            return Err(PrepareError::Texture {
+                what: "the new map",
+                got: text(map.size(), map.projection()),
+                wanted: text(self.size, &self.projection),
+            });
+        }
+        self.projection = map.projection().clone();
+        let heights = heights_of(map, bias);
+        prepared(device, "the shadow map", || {
+            write_layers(queue, &self.heights, bytemuck::cast_slice(&heights), size_of::<f32>() as u32);
+        })?;
+        self.touch();
+        Ok(())
+    }
+
+    /// With the moments that variance lookups need.
+    ///
+    /// # Errors
+    /// [`PrepareError::Texture`] if the moments have another size, [`PrepareError::Device`] as [`ShadowMap::upload`].
+    pub fn with_moments(
+        mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        moments: &VarianceMap,
+    ) -> Result<Self, PrepareError> {
+        let texels = self.size.0 as usize * self.size.1 as usize * self.projection.faces().len();
+        if moments.moments().len() != texels {
+            return Err(PrepareError::Texture {
+                what: "the variance map",
+                got: format!("{} texels", moments.moments().len()),
+                wanted: format!("{texels} texels"),
+            });
+        }
+        let texture = prepared(device, "the moments", || {
+            let texture = self.texture(device, "shadow map moments", wgpu::TextureFormat::Rg32Float);
+            write_layers(queue, &texture, bytemuck::cast_slice(moments.moments()), 8);
+            texture
+        })?;
+        let parameters = [moments.far(), moments.least_variance(), moments.bleed_reduction()];
+        self.moments = Some(Moments { texture, parameters });
+        Ok(self)
+    }
+
+    /// The same map with another answer for what it does not see.
+    #[must_use]
+    pub fn with_outside(mut self, outside: Outside) -> Self {
+        self.outside = outside;
+        self
+    }
+
+    /// A map whose heights are not written yet.
+    pub(crate) fn empty(
+        device: &wgpu::Device,
+        projection: Projection,
+        size: (u32, u32),
+    ) -> Result<Self, PrepareError> {
+        let limit = device.limits().max_texture_dimension_2d;
+        let side = size.0.max(size.1);
+        if side > limit {
+            return Err(PrepareError::TooLarge {
+                what: "the shadow map's side",
+                needed: side.into(),
+                limit: limit.into(),
+                unit: "texels",
+            });
+        }
+        if size.0 == 0 || size.1 == 0 {
+            return Err(shadowmap::ShadowMapError::Size { width: size.0, height: size.1 }.into());
+        }
+        let outside = match projection.kind() {
+            ProjectionKind::Perspective => Outside::Dark,
+            ProjectionKind::Orthographic | ProjectionKind::Cube => Outside::Lit,
+        };
+        let heights = prepared(device, "the shadow map", || {
+            device.create_texture(&wgpu::TextureDescriptor {
+                label: Some("shadow map heights"),
+                size: extent(&projection, size),
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format: wgpu::TextureFormat::R32Float,
+                usage: wgpu::TextureUsages::TEXTURE_BINDING
+                    | wgpu::TextureUsages::STORAGE_BINDING
+                    | wgpu::TextureUsages::COPY_DST
+                    | wgpu::TextureUsages::COPY_SRC,
+                view_formats: &[],
+            })
+        })?;
+        Ok(Self {
+            projection,
+            size,
+            outside,
+            heights,
+            version: Arc::new(AtomicU64::new(1)),
+            pyramids: Default::default(),
+            moments: None,
+            host: None,
+            converted: Arc::default(),
+        })
+    }
+
+    fn texture(&self, device: &wgpu::Device, label: &str, format: wgpu::TextureFormat) -> wgpu::Texture {
+        device.create_texture(&wgpu::TextureDescriptor {
+            label: Some(label),
+            size: extent(&self.projection, self.size),
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+            view_formats: &[],
+        })
+    }
+
+    /// Says that the heights have changed: pyramids are rebuilt by the next frame that asks for them.
+    pub fn touch(&self) {
+        self.version.fetch_add(1, Ordering::Relaxed);
+    }
+
+    pub(crate) fn version(&self) -> u64 {
+        self.version.load(Ordering::Relaxed)
+    }
+
+    /// How the light sees.
+    pub fn projection(&self) -> &Projection {
+        &self.projection
+    }
+
+    /// Columns and rows of a face.
+    pub fn size(&self) -> (u32, u32) {
+        self.size
+    }
+
+    /// What holds for points that the map does not see.
+    pub fn outside(&self) -> Outside {
+        self.outside
+    }
+
+    /// Memory of heights, moments and the pyramids that have been asked for; units: bytes.
+    pub fn bytes(&self) -> u64 {
+        let texels = u64::from(self.size.0) * u64::from(self.size.1) * self.projection.faces().len() as u64;
+        let pyramids = self.pyramids.iter().filter_map(|pyramid| pyramid.get()).map(Pyramid::bytes);
+        texels * if self.moments.is_some() { 12 } else { 4 } + pyramids.sum::<u64>()
+    }
+
+    pub(crate) fn heights(&self) -> &wgpu::Texture {
+        &self.heights
+    }
+
+    pub(crate) fn moments(&self) -> Option<&Moments> {
+        self.moments.as_ref()
+    }
+
+    /// What the heights have to be converted from before this version of them can be read.
+    pub(crate) fn unconverted(&self) -> Option<&host::HostSource> {
+        let stale = self.converted.load(Ordering::Relaxed) != self.version();
+        self.host.as_deref().filter(|_| stale)
+    }
+
+    /// Says that `version` is converted, once the pass is encoded.
+    pub(crate) fn mark_converted(&self, version: u64) {
+        self.converted.store(version, Ordering::Relaxed);
+    }
+
+    /// The pyramid of a meaning of the map, with its textures, made if they are not there; its ranges may be old.
+    pub(crate) fn pyramid(
+        &self,
+        device: &wgpu::Device,
+        surface: MapSurface,
+    ) -> Result<Pyramid, PrepareError> {
+        let slot = &self.pyramids[usize::from(surface == MapSurface::Linear)];
+        if let Some(pyramid) = slot.get() {
+            return Ok(pyramid.clone());
+        }
+        let made = prepared(device, "the map's pyramid", || Pyramid::new(device, self, surface))?;
+        Ok(slot.get_or_init(|| made).clone())
+    }
+}
+
+fn extent(projection: &Projection, size: (u32, u32)) -> wgpu::Extent3d {
+    wgpu::Extent3d {
+        width: size.0,
+        height: size.1,
+        depth_or_array_layers: projection.faces().len() as u32,
+    }
+}
+
+/// Height of a texel that nothing stops light in, in an orthographic map: `NOTHING` of the shaders.
+pub(crate) const NOTHING: f32 = -3e38;
+
+/// The heights that the shaders compare with: 1/depth, or −depth in orthographic maps, with the bias.
+fn heights_of(map: &DepthMap, bias: Bias) -> Vec<f32> {
+    let (flat, bias) = (map.projection().kind() == ProjectionKind::Orthographic, bias.in_medium());
+    let height = |&depth: &f32| {
+        let depth = f64::from(depth) + bias;
+        match (flat, depth.is_finite()) {
+            (true, false) => NOTHING,
+            (true, true) => -depth as f32,
+            (false, _) => (1.0 / depth) as f32,
+        }
+    };
+    map.depths().iter().map(height).collect()
+}
+
+/// Writes all layers of a texture's finest level.
+fn write_layers(queue: &wgpu::Queue, texture: &wgpu::Texture, bytes: &[u8], texel: u32) {
+    queue.write_texture(
+        texture.as_image_copy(),
+        bytes,
+        wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some(texture.width() * texel),
+            rows_per_image: Some(texture.height()),
+        },
+        texture.size(),
+    );
+}

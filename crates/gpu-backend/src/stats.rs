@@ -1,0 +1,28 @@
+//! What a frame did and what it cost.
+
+/// What the last prepared frame consists of.
+#[derive(Debug, Clone, Default, PartialEq)]
+#[non_exhaustive]
+pub struct FrameStats {
+    /// Every pass in order, by name.
+    pub passes: Vec<String>,
+    /// Steps of marches over all pixels and lights, at most: a ray outside a light's reach takes none.
+    pub samples: u64,
+    /// Lights whose airlight is one closed-form evaluation a pixel.
+    pub closed_forms: u32,
+    /// Pyramids that the frame builds; those of lights that stand still are kept.
+    pub pyramids_built: u32,
+    /// Maps that the frame reads.
+    pub maps: u32,
+    /// Memory of the views, the maps that are read and the light and density textures; units: bytes.
+    pub bytes: u64,
+}
+
+/// Time of one pass on the GPU.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PassTime {
+    /// Name of the pass.
+    pub name: String,
+    /// Units: ms; `None` where the device has no timestamps or they came back empty.
+    pub ms: Option<f64>,
+}

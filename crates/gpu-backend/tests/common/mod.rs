@@ -1,0 +1,192 @@
+//! What the GPU tests share: devices, scenes, and the CPU's answer for the same frame.
+#![allow(dead_code, reason = "each test file uses a part")]
+
+use glam::DVec3;
+use gpu_backend::{
+    DeviceFeatures, Fog, FogDescriptor, Frame, GpuContext, Lamp, SceneDepth, ShadowMap, Shadows, Technique, View,
+};
+use hybrid_march::{BruteForce, Occluders};
+use scene::{
+    Aabb, AirlightModel, Bvh, Camera, DirectionalLight, Interval, Light, LightId, Medium,
+    PointLight, Scene, SpotLight, Visibility,
+};
+use shadowmap::{Bias, DepthMap};
+
+/// Devices with core features only and with everything; empty with a line that says so where there is no adapter. With
+/// `REQUIRE_GPU` set its absence fails the test.
+pub fn gpus() -> Vec<GpuContext> {
+    let adapter = std::env::var("AIRLIGHT_ADAPTER").ok();
+    let open = |features| match GpuContext::open(adapter.as_deref(), features) {
+        Ok(gpu) => Some(gpu),
+        Err(error) => {
+            assert!(std::env::var_os("REQUIRE_GPU").is_none(), "REQUIRE_GPU is set, but: {error}");
+            println!("GPU test did not run: {error}");
+            None
+        }
+    };
+    [DeviceFeatures::Core, DeviceFeatures::Everything].into_iter().filter_map(open).collect()
+}
+
+/// The device with everything, alone.
+pub fn gpu() -> Option<GpuContext> {
+    gpus().pop()
+}
+
+/// A scene with everything that a frame needs.
+pub struct Stage {
+    pub name: String,
+    pub scene: Scene,
+    pub bvh: Bvh,
+    pub camera: Camera,
+    pub medium: Medium,
+    pub size: (u32, u32),
+    /// Where each view ray ends; units: m.
+    pub ends: Vec<f64>,
+}
+
+impl Stage {
+    /// A generated scene seen by its own camera, in a medium of which the view has optical depth `depth`.
+    pub fn procedural(name: &str, size: (u32, u32), depth: f32) -> Self {
+        let scene = scene::procedural::generate(name).unwrap();
+        let camera = scene.cameras[0].clone();
+        Self::new(name, scene, camera, size, depth)
+    }
+
+    pub fn new(name: &str, scene: Scene, camera: Camera, size: (u32, u32), depth: f32) -> Self {
+        let bvh = Bvh::build(&scene).unwrap();
+        let mut ends = Vec::new();
+        for y in 0..size.1 {
+            for x in 0..size.0 {
+                let ray = camera.pixel_ray(x, y, size);
+                ends.push(bvh.closest_hit(&ray, f64::INFINITY).map_or(f64::INFINITY, |hit| hit.distance));
+            }
+        }
+        let length = bvh.bounds().diagonal();
+        let sigma = if length > 0.0 { depth / length } else { 0.1 };
+        let medium = Medium::homogeneous([sigma; 3], [0.0; 3]).unwrap();
+        Self { name: name.into(), scene, bvh, camera, medium, size, ends }
+    }
+
+    /// A point, a spot and a directional light for the scene: its own point light, and two beside it.
+    pub fn lights(&self) -> Vec<Light> {
+        let bounds = self.bvh.bounds();
+        let (center, size) = (bounds.center(), bounds.diagonal());
+        let own = self.scene.lights.iter().find_map(|light| match light {
+            Light::Point(light) => Some(light.position),
+            Light::Spot(light) => Some(light.position),
+            Light::Directional(_) => None,
+        });
+        let position = own.unwrap_or(center + size * glam::Vec3::new(0.31, 0.43, 0.17));
+        let power = glam::Vec3::new(10.0, 8.0, 6.0);
+        let above = center + size * glam::Vec3::new(0.12, 0.48, 0.21);
+        vec![
+            Light::Point(PointLight::new(position, power).unwrap()),
+            Light::Spot(SpotLight::new(above, center - above, 0.35, 0.5, power).unwrap()),
+            Light::Directional(DirectionalLight::new(glam::Vec3::new(0.35, -1.0, 0.28), power).unwrap()),
+        ]
+    }
+
+    /// The light's map; `None` without triangles.
+    pub fn map(&self, light: &Light, side: u32) -> Option<DepthMap> {
+        shadowmap::draw_maps(std::slice::from_ref(light), &self.scene, side).unwrap().remove(0)
+    }
+
+    pub fn ends_f32(&self) -> Vec<f32> {
+        self.ends.iter().map(|&end| end as f32).collect()
+    }
+
+    /// Airlight of one light on the GPU.
+    pub fn on_gpu(
+        &self,
+        gpu: &GpuContext,
+        fog: &mut Fog,
+        light: &Light,
+        map: Option<&ShadowMap>,
+        technique: Technique,
+    ) -> Vec<[f32; 3]> {
+        let ends = self.ends_f32();
+        let view = View {
+            camera: &self.camera,
+            size: self.size,
+            depth: SceneDepth::Distances(&ends),
+            max_distance: f64::INFINITY,
+        };
+        let shadows = map.map(|map| Shadows { map, casters: self.bvh.bounds() });
+        let frame = Frame {
+            views: &[view],
+            medium: &self.medium,
+            lamps: &[Lamp { light, shadows }],
+            model: AirlightModel::Sun,
+            technique,
+        };
+        render(gpu, fog, &frame)
+    }
+
+    /// Airlight of one light by the CPU's march.
+    pub fn marched(
+        &self,
+        light: &Light,
+        visibility: Option<&dyn Visibility>,
+        samples: u32,
+        model: AirlightModel,
+    ) -> Vec<[f32; 3]> {
+        let lights = std::slice::from_ref(light);
+        let occluders = visibility.map(|visibility| Occluders { visibility, bounds: self.bvh.bounds() });
+        let march = BruteForce { medium: &self.medium, lights, occluders, samples, model };
+        self.by_ray(|ray, end| march.airlight(ray, end).airlight.to_array())
+    }
+
+    fn by_ray(&self, airlight: impl Fn(&scene::DRay, f64) -> [f32; 3]) -> Vec<[f32; 3]> {
+        let mut pixels = Vec::new();
+        for y in 0..self.size.1 {
+            for x in 0..self.size.0 {
+                let end = self.ends[(y * self.size.0 + x) as usize];
+                pixels.push(airlight(&self.camera.pixel_ray(x, y, self.size), end));
+            }
+        }
+        pixels
+    }
+}
+
+/// Prepares, encodes, submits and reads the first view.
+pub fn render(gpu: &GpuContext, fog: &mut Fog, frame: &Frame<'_>) -> Vec<[f32; 3]> {
+    fog.prepare(&gpu.device, &gpu.queue, frame).unwrap();
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    fog.encode(&mut encoder);
+    gpu.queue.submit([encoder.finish()]);
+    fog.read_airlight(&gpu.device, &gpu.queue, 0).unwrap()
+}
+
+pub fn fog(gpu: &GpuContext) -> Fog {
+    Fog::new(&gpu.device, &FogDescriptor::default()).unwrap()
+}
+
+pub fn upload(gpu: &GpuContext, map: &DepthMap) -> ShadowMap {
+    ShadowMap::upload(&gpu.device, &gpu.queue, map, Bias::NONE).unwrap()
+}
+
+/// ‖a − b‖₂/‖b‖₂ and the 99th percentile of |a − b|/mean b.
+pub fn compare(a: &[[f32; 3]], b: &[[f32; 3]]) -> (f64, f64) {
+    assert_eq!(a.len(), b.len());
+    let flat = |p: &[[f32; 3]]| -> Vec<f64> { p.iter().flatten().map(|&v| f64::from(v)).collect() };
+    let (a, b) = (flat(a), flat(b));
+    assert!(a.iter().all(|v| v.is_finite()), "a value of the picture is not finite");
+    let norm = |v: &mut dyn Iterator<Item = f64>| v.map(|x| x * x).sum::<f64>().sqrt();
+    let mean = b.iter().sum::<f64>() / b.len() as f64;
+    let mut errors: Vec<f64> = a.iter().zip(&b).map(|(a, b)| (a - b).abs() / mean).collect();
+    errors.sort_by(f64::total_cmp);
+    let p99 = errors[(0.99 * errors.len() as f64).ceil() as usize - 1];
+    (norm(&mut a.iter().zip(&b).map(|(a, b)| a - b)) / norm(&mut b.iter().copied()), p99)
+}
+
+/// An interval without end.
+pub const ALL: Interval = Interval::new(0.0, f64::INFINITY);
+
+/// A box around nothing.
+pub const NO_BOX: Aabb = Aabb::EMPTY;
+
+/// The first light.
+pub const FIRST: LightId = LightId(0);
+
+/// The origin.
+pub const ORIGIN: DVec3 = DVec3::ZERO;
