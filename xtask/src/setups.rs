@@ -41,7 +41,6 @@ pub(crate) struct Entry {
 }
 
 /// Which of a scene's set-ups is meant: each has one light.
-#[cfg_attr(not(test), expect(dead_code, reason = "for the experiments that compare kinds of lights"))]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum LightKind {
     /// A lamp that shines all around.
