@@ -2,7 +2,13 @@
 
 use ground_truth::{Reference, Settings, render_rows};
 use hybrid_march::{BruteForce, Occluders};
-use scene::{AirlightModel, Bvh, BvhVisibility, Camera, Light, Material, Medium, Mesh, Scene, procedural};
+use scene::{
+    AirlightModel, Bvh, BvhVisibility, Camera, Light, LitIntervals, Material, Medium, Mesh, Scene,
+    Visibility, procedural,
+};
+use shadowmap::{
+    Bias, DepthMap, ExactShadowMap, Filter, MapSurface, MapVisibility, SurfaceVisibility, draw_maps_for,
+};
 
 use crate::picture::Pixels;
 
@@ -63,6 +69,30 @@ impl View {
         self.reference(Settings::default())
     }
 
+    /// The airlight with the shadows of maps of `side` × `side` texels, in one of their meanings.
+    pub fn exact_shadow_map(&self, side: u32, surface: MapSurface) -> Pixels {
+        let maps = self.maps(side, surface);
+        let shadows = ExactShadowMap::new(&maps, &self.lights, surface, Bias::NONE).unwrap();
+        self.exact_between(&shadows)
+    }
+
+    /// The airlight over the pieces that `shadows` leaves.
+    pub fn exact_between(&self, shadows: &dyn LitIntervals) -> Pixels {
+        let settings = Settings { airlight_only: true, ..Settings::default() };
+        let reference =
+            Reference::new(&self.materials, &self.bvh, &self.medium, &self.lights, settings).unwrap();
+        reference.with_shadows(shadows).render(&self.camera, self.size, &|_| ())
+    }
+
+    /// Maps of all lights, as a picture in this meaning needs them.
+    pub fn maps(&self, side: u32, surface: MapSurface) -> Vec<Option<DepthMap>> {
+        let positions = self.bvh.triangles().iter().flat_map(|triangle| triangle.corners).collect();
+        let triangles =
+            (0..self.bvh.triangles().len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+        let meshes = vec![Mesh::new(positions, triangles, 0).unwrap()];
+        draw_maps_for(&self.lights, &Scene { meshes, ..Scene::default() }, side, surface).unwrap()
+    }
+
     fn reference(&self, settings: Settings) -> Pixels {
         let reference =
             Reference::new(&self.materials, &self.bvh, &self.medium, &self.lights, settings).unwrap();
@@ -79,13 +109,29 @@ impl View {
         self.marched_with(samples, false)
     }
 
+    /// The airlight by a march of `samples` steps with a lookup each in maps of `side` × `side` texels.
+    pub fn marched_with_maps(&self, samples: u32, side: u32, surface: MapSurface) -> Pixels {
+        let maps = self.maps(side, surface);
+        match surface {
+            MapSurface::Step => {
+                self.marched_by(samples, true, &MapVisibility::new(&maps, Filter::Nearest, Bias::NONE))
+            }
+            MapSurface::Linear => {
+                self.marched_by(samples, true, &SurfaceVisibility::new(&maps, surface, Bias::NONE))
+            }
+        }
+    }
+
     fn marched_with(&self, samples: u32, shadows: bool) -> Pixels {
-        let visibility = BvhVisibility::new(&self.bvh, &self.lights);
+        self.marched_by(samples, shadows, &BvhVisibility::new(&self.bvh, &self.lights))
+    }
+
+    fn marched_by(&self, samples: u32, shadows: bool, visibility: &dyn Visibility) -> Pixels {
         let casts = shadows && !self.bvh.triangles().is_empty();
         let march = BruteForce {
             medium: &self.medium,
             lights: &self.lights,
-            occluders: casts.then_some(Occluders { visibility: &visibility, bounds: self.bvh.bounds() }),
+            occluders: casts.then_some(Occluders { visibility, bounds: self.bvh.bounds() }),
             samples,
             model: AirlightModel::Sun,
         };

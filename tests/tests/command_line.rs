@@ -53,7 +53,7 @@ fn flags_of_render() {
         ("--technique", vec!["nonsense", "Exact"]),
         ("--backend", vec!["cuda"]),
         ("--adapter", vec![NO_ADAPTER]),
-        ("--visibility", vec!["map", "eyes"]),
+        ("--visibility", vec!["eyes", "Map"]),
         ("--map-surface", vec!["bumpy"]),
         ("--camera", vec!["nope", "1", "-1"]),
         ("--fov", vec!["0", "180", "-10", "nan", "inf", "wide"]),
@@ -80,6 +80,7 @@ fn flags_of_render() {
         ("--directional-light", vec!["0,0,0:1", "0,-1,0:-1", "0,-1,0:nan", "0,-1:1", "0,inf,0:1"]),
         ("--light-texture", vec!["absent.png"]),
         ("--samples", vec!["0", "-1", "many", "99999999999"]),
+        ("--shadow-map", vec!["0", "-1", "16385", "64x64", "large"]),
         ("--max-distance", vec!["0", "-1", "nan", "far"]),
         ("--exposure", vec!["nan", "inf", "bright"]),
         ("--scattering-scale", vec!["3", "0"]),
@@ -220,6 +221,10 @@ fn a_refusal_is_the_only_line() {
     let glowing = json!({"sigma_s": [0.1, 0.1, 0.1], "sigma_a": [0, 0, 0], "emission": [1, 1, 1]});
     let glowing = Glb::triangle().with(|json| json["scenes"][0]["extras"]["medium"] = glowing);
     desk.write("glowing.glb", glowing.bytes());
+    let foggy = json!({"sigma_s": [0.1, 0.1, 0.1], "sigma_a": [0, 0, 0],
+                       "density": {"type": "height", "y0": 0, "scale": 2}});
+    let foggy = Glb::triangle().with(|json| json["scenes"][0]["extras"]["medium"] = foggy);
+    desk.write("foggy.glb", foggy.bytes());
     let render = |rest: &str| format!("render {rest} --size 8x8 -o out/a.npy");
     all_right([
         desk.misrefused(&render("bare.glb --technique hybrid"), "--technique"),
@@ -229,6 +234,21 @@ fn a_refusal_is_the_only_line() {
         desk.misrefused(&render("noted.glb --camera nope"), "--camera"),
         desk.misrefused(&render("noted.glb --technique light-volume"), "--technique"),
         desk.misrefused(&render("glowing.glb --technique exact"), "exact"),
+        desk.misrefused(&render("glowing.glb --technique exact-shadow-map"), "exact-shadow-map cannot take"),
+        desk.misrefused(&render("glowing.glb --against exact-shadow-map"), "--against"),
+        desk.misrefused(&render("foggy.glb --technique exact-shadow-map"), "exact-shadow-map cannot take"),
+        desk.misrefused(
+            &render("bare.glb --technique exact-shadow-map --shadow-map 1 --map-surface linear"),
+            "--shadow-map",
+        ),
+        desk.misrefused(
+            &render("bare.glb --technique brute-force --visibility map --shadow-map 1 --map-surface linear"),
+            "--shadow-map",
+        ),
+        desk.misrefused(
+            &render("bare.glb --against exact-shadow-map --shadow-map 1 --map-surface linear"),
+            "--shadow-map",
+        ),
         desk.misrefused(&render("procedural:triangle --technique shared-grid --samples 5"), "--technique"),
         desk.misrefused(
             &render("procedural:triangle --technique hybrid --map-surface linear"),
@@ -356,9 +376,11 @@ fn pictures_by_extension() {
 #[test]
 fn without_triangles_everything_is_lit() {
     let desk = Desk::default();
-    for technique in ["exact", "brute-force"] {
+    for technique in ["exact", "brute-force", "exact-shadow-map", "brute-force --visibility map"] {
         let base = format!("render procedural:empty --size 9x9 --technique {technique}");
-        desk.done(&format!("{base} -o out/shadowed.npy"));
+        // the largest map there is costs nothing where nothing is drawn into it
+        desk.done(&format!("{base} --shadow-map 16384 -o out/shadowed.npy --json out/a.json"));
+        assert!(map_of(&desk).is_null(), "{technique}: a map without triangles");
         desk.done(&format!("{base} --unshadowed -o out/lit.npy"));
         let (a, b) = (read_npy(&desk.path("out/shadowed.npy")).0, read_npy(&desk.path("out/lit.npy")).0);
         assert_eq!(a, b, "{technique}");
@@ -368,6 +390,92 @@ fn without_triangles_everything_is_lit() {
     let (a, b) = (read_npy(&desk.path("out/a.npy")).0, read_npy(&desk.path("out/lit.npy")).0);
     assert!(a.as_flattened().iter().zip(b.as_flattened()).all(|(a, b)| a <= b), "a shadow adds light");
     assert_ne!(a, b, "--unshadowed changes nothing");
+}
+
+/// What the last render says of its shadow map.
+fn map_of(desk: &Desk) -> Value {
+    let text = std::fs::read_to_string(desk.path("out/a.json"));
+    let said = json_of(&text.unwrap_or_else(|e| panic!("out/a.json: {e}")));
+    let passes = said["passes"].as_array().cloned().unwrap_or_default();
+    let drawn = passes.iter().any(|pass| pass["name"] == "shadow map" && pass["ms"].is_number());
+    assert_eq!(drawn, said["ms_map"].is_number(), "{said}");
+    assert_eq!(drawn, !said["shadow_map"].is_null(), "{said}");
+    said["shadow_map"].clone()
+}
+
+#[test]
+fn pictures_by_shadow_maps() {
+    let desk = Desk::default();
+    let base = "render procedural:slats --size 24x18 --airlight-only --shadow-map 256 --json out/a.json";
+    let lights = [
+        ("point", ""),
+        ("spot", "--spot-light -0.4,2.6,-2:0.2,0.9,1:20:29:20"),
+        ("directional", "--directional-light 0.2,-0.6,1:3"),
+    ];
+    for (light, flag) in lights {
+        for surface in ["step", "linear"] {
+            let error = |technique: &str, against: &str| {
+                let flags =
+                    format!("--technique {technique} --map-surface {surface} --against {against} {flag}");
+                let ended = desk.done(&format!("{base} -o out/a.npy {flags}"));
+                assert!(ended.said().is_empty(), "{}", ended.stderr);
+                let map = map_of(&desk);
+                let faces = if light == "point" { 6 } else { 1 };
+                assert_eq!(map["bytes"], faces * 256 * 256 * 4, "{map}");
+                assert_eq!((&map["size"], &map["surface"]), (&json!(256), &json!(surface)), "{map}");
+                json_of(&ended.stdout)["shadow_err"].as_f64().unwrap_or(f64::NAN)
+            };
+            let scene = error("exact-shadow-map", "exact");
+            // thin slats against the sky: in the linear meaning the sun's map is a texel short of them
+            assert!(scene > 0.0 && scene < 0.25, "{light}, {surface}: {scene} from exact");
+            let march = error("brute-force --visibility map --samples 1000", "exact-shadow-map");
+            assert!(march > 0.0 && march < 0.02, "{light}, {surface}: {march} from the traversal");
+        }
+    }
+    // nothing casts a shadow: no map
+    desk.done(&format!("{base} -o out/lit.npy --technique exact-shadow-map --unshadowed"));
+    assert!(map_of(&desk).is_null());
+    desk.done("render procedural:slats --size 24x18 --airlight-only --unshadowed -o out/exact.npy");
+    assert_eq!(read_npy(&desk.path("out/lit.npy")).0, read_npy(&desk.path("out/exact.npy")).0);
+}
+
+#[test]
+fn a_shadow_map_in_a_bounded_medium() {
+    let desk = Desk::default();
+    let medium = json!({"sigma_s": [0.1, 0.1, 0.1], "sigma_a": [0, 0, 0],
+                        "bounds": {"min": [-2, -1, -2], "max": [2, 2, 2]}});
+    desk.write(
+        "bounded.glb",
+        Glb::triangle().with(|json| json["scenes"][0]["extras"]["medium"] = medium).bytes(),
+    );
+    let flags = "--technique exact-shadow-map --against exact --airlight-only";
+    let figures =
+        json_of(&desk.done(&format!("render bounded.glb --size 16x16 -o out/a.npy {flags}")).stdout);
+    assert!(figures["shadow_err"].as_f64() < Some(0.05), "{figures}");
+}
+
+#[test]
+fn flags_without_use_are_said() {
+    let desk = Desk::default();
+    let map = "--visibility map --shadow-map 16 --map-surface linear";
+    for (flags, said) in [
+        (format!("--technique exact {map}"), vec!["--visibility", "--map-surface", "--shadow-map"]),
+        (format!("--technique exact-shadow-map {map} --samples 9"), vec!["--visibility", "--samples"]),
+        (format!("--technique brute-force {map} --samples 9"), vec![]),
+        ("--technique brute-force --visibility bvh --shadow-map 16".into(), vec!["--shadow-map"]),
+        ("--technique exact --against exact-shadow-map --shadow-map 16".into(), vec![]),
+        (
+            "--technique exact --against brute-force --samples 9 --map-surface step".into(),
+            vec!["--map-surface"],
+        ),
+    ] {
+        let ended = desk.done(&format!("{RENDER} {flags}"));
+        let lines = ended.said();
+        assert_eq!(lines.len(), said.len(), "{flags}: {}", ended.stderr);
+        for flag in said {
+            assert!(lines.iter().any(|line| line.contains(flag)), "{flags}: {}", ended.stderr);
+        }
+    }
 }
 
 #[test]

@@ -4,14 +4,17 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
+mod airlight;
 mod cargo;
 mod compare;
 mod doctor;
 mod eval;
 mod experiments;
 mod failure;
+mod frame;
 mod gpu;
 mod image_file;
+mod maps;
 mod metrics;
 mod output_file;
 mod progress;
@@ -21,6 +24,7 @@ mod repro;
 mod scene_args;
 mod setups;
 mod technique;
+mod view_rays;
 
 use failure::Outcome;
 

@@ -7,17 +7,16 @@ use scene::Bvh;
 use serde_json::{Value, json};
 
 use crate::failure::{Failure, Outcome};
+use crate::frame::{self, Picture};
 use crate::image_file;
+use crate::maps::{DEFAULT_SIDE, MapOptions, MapSurface};
 use crate::metrics;
 use crate::output_file;
 use crate::scene_args::{SceneArgs, Setup};
-use crate::technique::{self, Options, Picture, Technique};
+use crate::technique::{self, Options, Technique, VisibilitySource};
 
 /// Longest side of a picture; units: pixels.
 const MAX_SIDE: u32 = 16384;
-
-/// Steps where a march is given none.
-const DEFAULT_SAMPLES: u32 = 128;
 
 /// Render a picture of a glTF or generated scene.
 #[derive(Debug, Args)]
@@ -46,10 +45,10 @@ pub(crate) struct RenderArgs {
     /// Nothing casts a shadow in the medium.
     #[arg(long)]
     unshadowed: bool,
-    /// What a march asks for visibility.
+    /// What a march asks for visibility; on the CPU bvh by default.
     #[arg(long, value_enum)]
     visibility: Option<VisibilitySource>,
-    /// What a shadow map's texels mean between their centres.
+    /// What a shadow map's texels mean between their centres; step by default.
     #[arg(long, value_enum)]
     map_surface: Option<MapSurface>,
     /// How far a ray that hits nothing is integrated, in m; infinite by default.
@@ -76,7 +75,7 @@ struct QualityArgs {
     /// Steps along each ray for each light.
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
     samples: Option<u32>,
-    /// Side of the shadow map in texels.
+    /// Side of the shadow map in texels, of each cube face for a point light; 1024 by default.
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = clap::value_parser!(u32).range(1..=16384))]
     shadow_map: Option<u32>,
     /// `static`, `adaptive[:THRESHOLD]` or `delaunay[:METRES]`.
@@ -121,24 +120,6 @@ impl Backend {
             _ => Ok(()),
         }
     }
-}
-
-/// `--visibility`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum VisibilitySource {
-    /// Shadow rays.
-    Bvh,
-    /// A shadow map.
-    Map,
-}
-
-/// `--map-surface`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum MapSurface {
-    /// Texels are steps, as a lookup sees them.
-    Step,
-    /// Linear between texel centres, as a light volume encloses it.
-    Linear,
 }
 
 fn parse_size(text: &str) -> Result<(u32, u32), String> {
@@ -189,9 +170,6 @@ fn parse_finite(text: &str) -> Result<f32, String> {
 
 pub(crate) fn run(args: &RenderArgs) -> Outcome {
     args.backend.check(args.adapter.as_deref())?;
-    if args.visibility == Some(VisibilitySource::Map) {
-        return Err(Failure::input("--visibility map: this version has no shadow maps; use bvh"));
-    }
     let error_path = args.against.map(|_| args.output.with_extension("error.png"));
     check_files(args, error_path.as_deref())?;
     let setup = args.scene.resolve(&args.input)?;
@@ -204,19 +182,14 @@ pub(crate) fn run(args: &RenderArgs) -> Outcome {
     if let Some(against) = args.against {
         technique::check(&setup, against, "--against")?;
     }
-    setup.say_notes();
-    args.quality.say_unused(technique);
-    if args.map_surface.is_some() && technique != Technique::ExactShadowMap {
-        tracing::warn!("--map-surface: {} uses no shadow map", technique.name());
+    let options = args.options();
+    let techniques: Vec<Technique> = std::iter::once(technique).chain(args.against).collect();
+    if techniques.iter().any(|technique| technique.reads_maps(options.visibility)) {
+        options.map.check()?;
     }
-    let options = Options {
-        size: args.size,
-        airlight_only: args.airlight_only,
-        shadows_in_medium: !args.unshadowed,
-        max_distance: args.max_distance.unwrap_or(f64::INFINITY),
-        samples: args.quality.samples.unwrap_or(DEFAULT_SAMPLES),
-    };
-    let picture = technique::render(&setup, &bvh, technique, &options, &technique.name())?;
+    setup.say_notes();
+    args.say_unused(&techniques);
+    let picture = frame::render(&setup, &bvh, technique, &options, &technique.name())?;
     let unusable = picture.image.pixels.iter().flatten().filter(|value| !value.is_finite()).count();
     if unusable > 0 {
         return Err(Failure::program(format!(
@@ -270,9 +243,9 @@ fn compare(
     options: &Options,
     picture: &Picture,
 ) -> Outcome<(Value, Vec<u8>)> {
-    let reference = technique::render(setup, bvh, other, options, &format!("{} (reference)", other.name()))?;
+    let reference = frame::render(setup, bvh, other, options, &format!("{} (reference)", other.name()))?;
     let open = Options { shadows_in_medium: false, ..*options };
-    let unshadowed = technique::render(setup, bvh, other, &open, "unshadowed")?;
+    let unshadowed = frame::render(setup, bvh, other, &open, "unshadowed")?;
     let figures = metrics::compare(&picture.image, &reference.image, Some(&unshadowed.image), None)?;
     let errors = image_file::error_picture(&picture.image, &reference.image)?;
     let mut figures = serde_json::to_value(figures).map_err(Failure::program)?;
@@ -291,39 +264,78 @@ fn describe(
     picture: &Picture,
     comparison: Option<&Value>,
 ) -> Value {
+    let name = technique.name();
+    let passes = picture.passes(&name).into_iter();
+    let options = args.options();
+    let map = picture.ms_map.map(|_| {
+        json!({
+            "size": options.map.side,
+            "surface": options.map.surface.name(),
+            "bytes": picture.map_bytes,
+            "pyramid_bytes": picture.pyramid_bytes,
+        })
+    });
     json!({
         "scene": args.input,
         "size": [args.size.0, args.size.1],
         "adapter": {"name": "CPU", "backend": "cpu", "kind": "cpu"},
-        "technique": technique.name(),
+        "technique": name,
         "why": why,
-        "passes": [{"name": technique.name(), "ms": picture.ms}],
+        "passes": passes.map(|(name, ms)| json!({"name": name, "ms": ms})).collect::<Vec<_>>(),
+        // the technique's own; view rays, shadow map and surfaces belong to a frame without fog too
         "ms": picture.ms,
+        "ms_view_rays": picture.ms_view_rays,
+        "ms_map": picture.ms_map,
+        "ms_frame": picture.ms_frame(),
         // a time stands beside its error: null says that it was not measured (--against measures it)
         "error": comparison,
         "triangles": setup.scene.triangle_count(),
         "lights": setup.lights.len(),
         "samples": picture.samples,
         "rays": picture.rays,
-        "bytes": bvh.bytes() + picture.image.pixels.len() * size_of::<[f32; 3]>(),
+        "shadow_map": map,
+        "bytes": bvh.bytes() + picture.bytes(),
     })
 }
 
-impl QualityArgs {
-    /// Says which of the given flags the technique does not use.
-    fn say_unused(&self, technique: Technique) {
-        let used: &[&str] = if technique == Technique::BruteForce { &["--samples"] } else { &[] };
+impl RenderArgs {
+    /// What the flags say of the picture, with the defaults of those that were not given.
+    fn options(&self) -> Options {
+        let defaults = Options::new(self.size);
+        Options {
+            airlight_only: self.airlight_only,
+            shadows_in_medium: !self.unshadowed,
+            max_distance: self.max_distance.unwrap_or(defaults.max_distance),
+            samples: self.quality.samples.unwrap_or(defaults.samples),
+            visibility: self.visibility.unwrap_or(defaults.visibility),
+            map: MapOptions {
+                side: self.quality.shadow_map.unwrap_or(DEFAULT_SIDE),
+                surface: self.map_surface.unwrap_or_default(),
+            },
+            ..defaults
+        }
+    }
+
+    /// Says which of the given flags none of the techniques that run has a use for.
+    fn say_unused(&self, techniques: &[Technique]) {
+        let quality = &self.quality;
         let given = [
-            ("--samples", self.samples.is_some()),
-            ("--shadow-map", self.shadow_map.is_some()),
-            ("--tessellation", self.tessellation.is_some()),
-            ("--scattering-scale", self.scattering_scale.is_some()),
-            ("--voxel-size", self.voxel_size.is_some()),
-            ("--viewers", self.viewers.is_some()),
-            ("--target-error", self.target_error.is_some()),
+            ("--visibility", self.visibility.is_some()),
+            ("--map-surface", self.map_surface.is_some()),
+            ("--samples", quality.samples.is_some()),
+            ("--shadow-map", quality.shadow_map.is_some()),
+            ("--tessellation", quality.tessellation.is_some()),
+            ("--scattering-scale", quality.scattering_scale.is_some()),
+            ("--voxel-size", quality.voxel_size.is_some()),
+            ("--viewers", quality.viewers.is_some()),
+            ("--target-error", quality.target_error.is_some()),
         ];
-        for (flag, _) in given.iter().filter(|(flag, given)| *given && !used.contains(flag)) {
-            tracing::warn!("{flag}: {} has no use for it", technique.name());
+        let visibility = self.visibility.unwrap_or_default();
+        let names: Vec<String> = techniques.iter().map(|technique| technique.name()).collect();
+        for (flag, given) in given {
+            if given && !techniques.iter().any(|technique| technique.uses(flag, visibility)) {
+                tracing::warn!("{flag}: no use for it in {}", names.join(" and "));
+            }
         }
     }
 }

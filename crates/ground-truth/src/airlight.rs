@@ -5,7 +5,7 @@ use media_math::{
     Foot, HomogeneousMedium, PhaseFunction, airlight, airlight_anisotropic, directional_airlight,
     directional_airlight_slab, inverse_square_integral,
 };
-use scene::{AirlightModel, DRay, DirectionalLight, Interval, Light, LightId, LitIntervals, SpotLight};
+use scene::{AirlightModel, DRay, DirectionalLight, Interval, Light, LightId, SpotLight};
 
 use crate::Reference;
 use crate::face_cuts::face_cuts;
@@ -47,7 +47,7 @@ impl Reference<'_> {
         }
         let mut lit = std::mem::take(&mut scratch.lit);
         if self.settings.shadows_in_medium {
-            self.shadows.lit_intervals(ray, span, id, &mut lit);
+            self.shadows.of_medium().lit_intervals(ray, span, id, &mut lit);
         } else {
             lit.clear();
             lit.push(span);

@@ -6,6 +6,9 @@
 //! where the integrand or its slope jumps (cone, texels, faces of a bounded medium). No marching, no shadow map, no
 //! noise. Every fast technique of the workspace answers to it.
 //!
+//! The same integrals over the lit pieces that something else found, a shadow map's traversal for instance, come from
+//! [`Reference::with_shadows`].
+//!
 //! ```
 //! use ground_truth::{Reference, Settings};
 //! use scene::{Bvh, Camera, Medium, Light, PointLight, Scene};
@@ -30,16 +33,18 @@ mod lit_intervals;
 mod quadrature;
 mod ray_plane;
 mod shadow_interval;
+mod shadows;
 mod spot_cuts;
 mod surface;
 
 use glam::DVec3;
 use media_math::PhaseFunction;
 use rayon::prelude::*;
-use scene::{AirlightModel, Bvh, Camera, DRay, Hit, Light, LightId, Material, Medium, Refusal};
+use scene::{AirlightModel, Bvh, Camera, DRay, Hit, Light, LightId, LitIntervals, Material, Medium, Refusal};
 
 use airlight::{Coefficients, Scratch};
 pub use lit_intervals::ExactShadows;
+use shadows::Shadows;
 
 /// What is computed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -73,7 +78,7 @@ pub struct Reference<'a> {
     medium: &'a Medium,
     lights: &'a [Light],
     settings: Settings,
-    shadows: ExactShadows<'a>,
+    shadows: Shadows<'a>,
     coefficients: Coefficients,
     phase: PhaseFunction<f64>,
 }
@@ -120,8 +125,20 @@ impl<'a> Reference<'a> {
         settings: Settings,
     ) -> Self {
         let (coefficients, phase) = airlight::widen(medium);
-        let shadows = ExactShadows::new(bvh, lights);
+        let shadows = Shadows::Exact(ExactShadows::new(bvh, lights));
         Self { materials, bvh, medium, lights, settings, shadows, coefficients, phase }
+    }
+
+    /// Integrates over the pieces of view rays that `shadows` says are lit, for each light by its index, instead of the
+    /// exact ones.
+    ///
+    /// Only the medium's shadows change: what surfaces receive is still found by exact shadow rays. Pieces must lie in
+    /// the span that was asked for; everything else (cones, textures, bounds, phase functions) stays the integral's
+    /// own matter.
+    #[must_use]
+    pub fn with_shadows(mut self, shadows: &'a dyn LitIntervals) -> Self {
+        self.shadows = Shadows::Given(shadows);
+        self
     }
 
     /// The surface that a view ray meets, if any, and how far the ray is integrated.
@@ -162,12 +179,14 @@ impl<'a> Reference<'a> {
 }
 
 /// Calls `pixel` for every pixel of an image of `size`, in parallel over rows; row-major.
-pub fn render_rows(
+///
+/// `progress` is told of every finished row.
+pub fn render_rows<T: Clone + Send>(
     size: (u32, u32),
     progress: &(dyn Fn(u64) + Sync),
-    pixel: impl Fn(u32, u32) -> [f32; 3] + Sync,
-) -> Vec<[f32; 3]> {
-    let rows: Vec<Vec<[f32; 3]>> = (0..size.1)
+    pixel: impl Fn(u32, u32) -> T + Sync,
+) -> Vec<T> {
+    let rows: Vec<Vec<T>> = (0..size.1)
         .into_par_iter()
         .map(|y| {
             let row = (0..size.0).map(|x| pixel(x, y)).collect();

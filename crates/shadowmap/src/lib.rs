@@ -40,7 +40,8 @@
 //! | directional | orthographic | the scene's bounds and a ring of texels around them | lit: nothing is there |
 //! | point | cube: +X, −X, +Y, −Y, +Z, −Z, oriented as cube textures are | everything | – |
 //!
-//! [`DepthMap::with_outside`] changes the last column.
+//! [`DepthMap::with_outside`] changes the last column. A spot's map that is read in the linear meaning is drawn a texel
+//! wider ([`Projection::of_light_for`], [`draw_maps_for`]), so that it encloses the whole cone.
 //!
 //! # Conventions
 //!
@@ -97,7 +98,7 @@ pub use face::{Face, MapPoint};
 pub use lookup::{Filter, Kernel, MAX_KERNEL};
 pub use projection::{DEFAULT_NEAR, Projection, ProjectionKind};
 pub use pyramid::MinMaxPyramid;
-pub use raster::draw_maps;
+pub use raster::{draw_maps, draw_maps_for};
 pub use traversal::{MapSurface, MapTraversal};
 pub use variance::{MAX_BLUR, VarianceMap};
 pub use visibility::{MapVisibility, SurfaceVisibility, VarianceVisibility};

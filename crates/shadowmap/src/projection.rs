@@ -5,7 +5,7 @@ use scene::{Aabb, DRay, DirectionalLight, Light, PointLight, SpotLight};
 
 use crate::cube;
 use crate::face::{Face, MapPoint};
-use crate::{MAX_SIDE, ShadowMapError};
+use crate::{MAX_SIDE, MapSurface, ShadowMapError};
 
 /// Depth in front of which the rasteriser of a perspective map sees nothing unless told otherwise; units: m.
 pub const DEFAULT_NEAR: f32 = 1e-5;
@@ -192,6 +192,27 @@ impl Projection {
             Light::Spot(light) => Self::spot(light),
             Light::Directional(light) => Self::directional(light, bounds, size),
         }
+    }
+
+    /// As [`Projection::of_light`], for a map that is read in the meaning of `surface`.
+    ///
+    /// In the linear meaning a spot's frustum is widened ([`Projection::covering`]), lest the half texel outside the
+    /// outermost centres, which encloses nothing, cuts into the cone where it touches the frustum's sides. The other
+    /// kinds need no such thing: an orthographic map has a ring of centres around the scene, and a cube no edge.
+    ///
+    /// # Errors
+    /// As [`Projection::of_light`].
+    pub fn of_light_for(
+        light: &Light,
+        bounds: &Aabb,
+        size: (u32, u32),
+        surface: MapSurface,
+    ) -> Result<Self, ShadowMapError> {
+        let projection = Self::of_light(light, bounds, size)?;
+        Ok(match (light, surface) {
+            (Light::Spot(_), MapSurface::Linear) => projection.covering(size),
+            _ => projection,
+        })
     }
 
     /// Widened so that the outermost texel *centres* of a map of `size` lie where its edges lay; a cube stays as it is.

@@ -11,7 +11,7 @@ use scene::{Light, Mesh, Scene};
 
 use crate::depth_map::count;
 use crate::face::Face;
-use crate::{DepthMap, Projection, ShadowMapError};
+use crate::{DepthMap, MapSurface, Projection, ShadowMapError};
 
 /// Rows that are drawn together.
 const BAND: usize = 64;
@@ -84,12 +84,27 @@ pub fn draw_maps(
     scene: &Scene,
     side: u32,
 ) -> Result<Vec<Option<DepthMap>>, ShadowMapError> {
+    draw_maps_for(lights, scene, side, MapSurface::Step)
+}
+
+/// As [`draw_maps`], with the projections that suit the meaning in which the maps are read: see
+/// [`Projection::of_light_for`].
+///
+/// # Errors
+/// As [`DepthMap::of_light`].
+pub fn draw_maps_for(
+    lights: &[Light],
+    scene: &Scene,
+    side: u32,
+    surface: MapSurface,
+) -> Result<Vec<Option<DepthMap>>, ShadowMapError> {
     let (triangles, bounds, size) = (all_corners(scene), scene.bounds(), (side, side));
     let draw = |light: &Light| {
         if triangles.is_empty() {
             return Ok(None);
         }
-        DepthMap::draw(Projection::of_light(light, &bounds, size)?, size, &triangles).map(Some)
+        let projection = Projection::of_light_for(light, &bounds, size, surface)?;
+        DepthMap::draw(projection, size, &triangles).map(Some)
     };
     lights.iter().map(draw).collect()
 }

@@ -83,10 +83,14 @@ impl Bvh {
                 ControlFlow::Continue(())
             },
         );
-        best.map(|(distance, triangle)| {
-            let [a, b, c] = wide(&self.triangles()[triangle].corners);
-            Hit { distance, triangle, normal: (b - a).cross(c - a).normalize_or_zero() }
-        })
+        best.and_then(|(distance, triangle)| self.hit_on(triangle, distance))
+    }
+
+    /// The hit on the triangle of index `triangle`, `distance` metres along a ray: for whoever keeps only these two of
+    /// what [`Bvh::closest_hit`] found. `None` if there is no such triangle.
+    pub fn hit_on(&self, triangle: usize, distance: f64) -> Option<Hit> {
+        let [a, b, c] = wide(&self.triangles().get(triangle)?.corners);
+        Some(Hit { distance, triangle, normal: (b - a).cross(c - a).normalize_or_zero() })
     }
 
     /// Whether a surface lies on `ray` beyond `near` and before `far` metres.

@@ -1,0 +1,124 @@
+//! One picture by one technique, stage by stage, and what each stage cost.
+//!
+//! View rays, shadow maps and surfaces belong to a frame without fog as well. So they are stages of their own, alike for
+//! every technique, and a technique's time is that of its airlight alone.
+
+use std::time::Instant;
+
+use ground_truth::{Reference, render_rows};
+use scene::Bvh;
+
+use crate::airlight::{Stage, settings};
+use crate::failure::Outcome;
+use crate::image_file::Image;
+use crate::maps::Maps;
+use crate::progress::Progress;
+use crate::scene_args::Setup;
+use crate::technique::{Options, Technique, check};
+use crate::view_rays::ViewRays;
+
+/// A finished picture; times are wall times in ms, the hierarchy's construction excluded.
+#[derive(Debug, Clone)]
+pub(crate) struct Picture {
+    pub(crate) image: Image,
+    /// Time of the technique: all that it adds to a frame without fog, its preparation included.
+    pub(crate) ms: f64,
+    /// Time of finding where the view rays end.
+    pub(crate) ms_view_rays: f64,
+    /// Time of drawing the shadow maps; absent where none was drawn.
+    pub(crate) ms_map: Option<f64>,
+    /// Time of lighting the surfaces; absent where they are black.
+    pub(crate) ms_surfaces: Option<f64>,
+    /// Steps marched, in all.
+    pub(crate) samples: u64,
+    /// Times that a march asked for visibility: shadow rays, or lookups.
+    pub(crate) rays: u64,
+    /// Memory of the view rays' ends; units: bytes.
+    pub(crate) view_ray_bytes: usize,
+    /// Memory of the shadow maps; units: bytes.
+    pub(crate) map_bytes: usize,
+    /// Memory of what the technique prepared from the maps; units: bytes.
+    pub(crate) pyramid_bytes: usize,
+}
+
+impl Picture {
+    /// Time of everything; units: ms.
+    pub(crate) fn ms_frame(&self) -> f64 {
+        self.ms_view_rays + self.ms_map.unwrap_or(0.0) + self.ms + self.ms_surfaces.unwrap_or(0.0)
+    }
+
+    /// The stages that ran, in order, with their times in ms; the technique's own is called `technique`.
+    pub(crate) fn passes(&self, technique: &str) -> Vec<(String, f64)> {
+        [
+            ("view rays", Some(self.ms_view_rays)),
+            ("shadow map", self.ms_map),
+            (technique, Some(self.ms)),
+            ("surfaces", self.ms_surfaces),
+        ]
+        .into_iter()
+        .filter_map(|(name, ms)| Some((name.to_owned(), ms?)))
+        .collect()
+    }
+
+    /// Memory of everything that the frame held, the hierarchy excluded; units: bytes.
+    pub(crate) fn bytes(&self) -> usize {
+        let image = size_of_val(&*self.image.pixels);
+        image + self.view_ray_bytes + self.map_bytes + self.pyramid_bytes
+    }
+}
+
+/// Renders `setup` with `technique`.
+///
+/// Progress is shown under `label`, and not at all without one.
+///
+/// Fails as [`check`] does, and if a shadow map cannot be drawn.
+pub(crate) fn render(
+    setup: &Setup,
+    bvh: &Bvh,
+    technique: Technique,
+    options: &Options,
+    label: &str,
+) -> Outcome<Picture> {
+    check(setup, technique, "--technique")?;
+    let progress = Progress::new(label, u64::from(options.size.1));
+    let rays = ViewRays::trace(&setup.camera, bvh, options.size);
+    // what no light is scattered by shows no shadow either
+    let visible = options.shadows_in_medium && !setup.medium.coefficients.is_clear();
+    let maps = if visible && technique.reads_maps(options.visibility) {
+        Maps::draw(setup, &options.map)?
+    } else {
+        Maps::none(setup.lights.len())
+    };
+    let tick = |rows| progress.inc(rows);
+    let airlight = Stage { setup, bvh, options, rays: &rays, maps: &maps, tick: &tick }.run(technique)?;
+    let started = Instant::now();
+    let size = options.size;
+    let surfaces = (!options.airlight_only).then(|| {
+        let Setup { scene, medium, lights, .. } = setup;
+        Reference::surfaces(&scene.materials, bvh, medium, lights, settings(setup, options))
+    });
+    let pixels = render_rows(size, &|_| (), |x, y| {
+        let pixel = y as usize * size.0 as usize + x as usize;
+        let mut radiance = airlight.radiance[pixel];
+        if let Some(surfaces) = &surfaces
+            && let Some(hit) = rays.hit(pixel, bvh)
+        {
+            radiance += surfaces.surface_radiance(&setup.camera.pixel_ray(x, y, size), &hit);
+        }
+        radiance.as_vec3().to_array()
+    });
+    let ms_surfaces = surfaces.is_some().then(|| started.elapsed().as_secs_f64() * 1e3);
+    progress.finish();
+    Ok(Picture {
+        image: Image { width: size.0, height: size.1, pixels },
+        ms: airlight.ms,
+        ms_view_rays: rays.ms,
+        ms_map: maps.any().then_some(maps.ms),
+        ms_surfaces,
+        samples: airlight.samples,
+        rays: airlight.rays,
+        view_ray_bytes: rays.bytes(),
+        map_bytes: maps.bytes(),
+        pyramid_bytes: airlight.pyramid_bytes,
+    })
+}
