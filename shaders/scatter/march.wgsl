@@ -9,40 +9,16 @@
 #import shadow_map
 #import steps
 
-// runs that wait to be integrated: threads of a group that march together then do it together
-const WAITING: u32 = 8u;
-var<private> runs: array<vec3f, WAITING>;
-var<private> run_count: u32;
-var<private> lamp: Lamp;
-var<private> radiance: vec3f;
-
-// A run from x0 to x1 (xy) of one visibility (z).
-fn take_run(run: vec3f) {
-    if !(run.z > 0.0 && run.y > run.x) {
+@compute @workgroup_size(64)
+fn main(@builtin(workgroup_id) tile: vec3u, @builtin(local_invocation_index) index: u32) {
+    let pixel = pixel_of(tile.xy, index);
+    if any(pixel >= view.size) {
         return;
     }
-    if run_count == WAITING {
-        integrate();
-    }
-    runs[run_count] = run;
-    run_count += 1u;
-}
-
-fn integrate() {
-    for (var i = 0u; i < run_count; i++) {
-        radiance += runs[i].z * piece_airlight(lamp, runs[i].x, runs[i].y);
-    }
-    run_count = 0u;
-}
-
-@compute @workgroup_size(8, 8)
-fn main(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= view.size) {
-        return;
-    }
-    let ray = view_ray(id.xy);
-    let end = textureLoad(ray_ends, id.xy, 0).r;
-    lamp = lamp_of(ray);
+    let ray = view_ray(pixel);
+    var radiance = vec3f();
+    let end = textureLoad(ray_ends, pixel, 0).r;
+    let lamp = lamp_of(ray);
     var piece = vec2f(0.0, end);
     if LIGHT == SPOT {
         piece = cone_piece(lamp.foot, light.axis, ray.direction, light.cos_outer * light.cos_outer, piece);
@@ -55,34 +31,43 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         let path = map_path(ray);
         let steps = steps_of(lamp.foot.foot, marched, false, LIGHT == DIRECTIONAL);
         let stop = select(0u, light.end_sample, marched.y > marched.x);
-        // what lies before and after is lit without a step
-        var run = vec3f(piece.x, marched.x, 1.0);
-        if light.first_sample > 0u {
-            run = vec3f(step_at(steps, f32(light.first_sample)), 0.0, 0.0);
-        }
-        for (var i = light.first_sample; i < stop; i++) {
-            let visibility = map_visibility(path, step_at(steps, f32(i) + 0.5));
-            if visibility != run.z {
-                let start = step_at(steps, f32(i));
-                take_run(vec3f(run.x, start, run.z));
-                run = vec3f(start, start, visibility);
+        let whole = light.end_sample == light.samples;
+        let stop_at = select(step_at(steps, f32(stop)), max(marched.x, marched.y), whole);
+        // the run so far: where it began and its visibility; what lies before and after is lit without a step
+        var start = select(step_at(steps, f32(light.first_sample)), piece.x, light.first_sample == 0u);
+        var visibility = select(0.0, 1.0, light.first_sample == 0u);
+        var i = light.first_sample;
+        let last = max(stop, light.first_sample) + 1u;
+        loop {
+            // goes on until a lit run ends, so that threads of a group integrate theirs together
+            var run = vec3f();
+            loop {
+                if i > last || run.z > 0.0 {
+                    break;
+                }
+                // after the steps what lies behind them, and then nothing
+                var here = select(0.0, 1.0, whole && i + 1u == last);
+                var border = select(piece.y, stop_at, i + 1u == last);
+                if i + 1u < last {
+                    here = map_visibility(path, step_at(steps, f32(i) + 0.5));
+                    border = step_at(steps, f32(i));
+                }
+                if here != visibility {
+                    run = vec3f(start, border, visibility);
+                    start = border;
+                    visibility = here;
+                }
+                i += 1u;
+            }
+            radiance += run.z * piece_airlight(lamp, run.x, run.y);
+            if i > last {
+                break;
             }
         }
-        if light.end_sample == light.samples {
-            let after = max(marched.x, marched.y);
-            if run.z != 1.0 {
-                take_run(vec3f(run.x, after, run.z));
-                run = vec3f(after, after, 1.0);
-            }
-            take_run(vec3f(run.x, piece.y, 1.0));
-        } else {
-            take_run(vec3f(run.x, step_at(steps, f32(stop)), run.z));
-        }
-        integrate();
     }
     var sum = vec4f(radiance, 0.0);
     if light.adds == 1u {
-        sum += textureLoad(before, id.xy, 0);
+        sum += textureLoad(before, pixel, 0);
     }
-    textureStore(scattered, id.xy, sum);
+    textureStore(scattered, pixel, sum);
 }

@@ -64,14 +64,15 @@ fn inverse_square(foot: Foot, start: f32, end: f32) -> f32 {
     return accurate_angle(foot.h * width, foot.h * foot.h + a * (a + width)) / foot.h;
 }
 
-@compute @workgroup_size(8, 8)
-fn main(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= view.size) {
+@compute @workgroup_size(64)
+fn main(@builtin(workgroup_id) tile: vec3u, @builtin(local_invocation_index) index: u32) {
+    let pixel = pixel_of(tile.xy, index);
+    if any(pixel >= view.size) {
         return;
     }
-    let ray = view_ray(id.xy);
+    let ray = view_ray(pixel);
     let direction = to_world(ray.direction);
-    var piece = vec2f(0.0, textureLoad(ray_ends, id.xy, 0).r);
+    var piece = vec2f(0.0, textureLoad(ray_ends, pixel, 0).r);
     if BOUNDED {
         piece = box_piece(view.bounds_min, view.bounds_max, vec3f(), direction, piece);
     }
@@ -87,10 +88,10 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     }
     var sum = vec4f();
     if light.adds == 1u {
-        sum = textureLoad(before, id.xy, 0);
+        sum = textureLoad(before, pixel, 0);
     }
     if !(piece.y > piece.x) {
-        textureStore(scattered, id.xy, sum);
+        textureStore(scattered, pixel, sum);
         return;
     }
     let endless = piece.y >= 1e29;
@@ -155,5 +156,5 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         }
         radiance += visibility * density * phase * (view.sigma_s * arriving) * attenuation * mean;
     }
-    textureStore(scattered, id.xy, vec4f(sum.rgb + radiance, passed));
+    textureStore(scattered, pixel, vec4f(sum.rgb + radiance, passed));
 }

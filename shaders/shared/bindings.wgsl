@@ -30,3 +30,10 @@ override LOOKUP: u32 = 0u;
 override ACHROMATIC: bool = true;
 // whether the phase function is isotropic
 override ISOTROPIC: bool = true;
+
+// The pixel of a thread of a tile of 8 x 8, in Z order: threads that run together have rays close together.
+fn pixel_of(tile: vec2u, index: u32) -> vec2u {
+    let x = (index & 1u) | ((index >> 1u) & 2u) | ((index >> 2u) & 4u);
+    let y = ((index >> 1u) & 1u) | ((index >> 2u) & 2u) | ((index >> 3u) & 4u);
+    return tile * 8u + vec2u(x, y);
+}

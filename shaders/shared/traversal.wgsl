@@ -1,5 +1,9 @@
 // The exact lit pieces of a view ray against a map: a walk over its min-max pyramid. Nothing is sampled.
 //
+// The walk hands over every lit piece by itself: it goes on until a piece is closed, then all threads of a group
+// integrate theirs together. Some software drivers execute both sides of every branch, so nothing that costs anything
+// is inside the walk's inner loop but the walk.
+//
 // The importing pass declares what shadow_map.wgsl asks for, the texture `pyramid` (mip l holds least and greatest
 // height of blocks of 2^l cells, for every second l) and the override constant `LINEAR`; it defines
 // `take_piece(x0, x1)`, which is given every lit piece. Twins: crates/shadowmap/src/{walk,cells,traversal,seams}.rs.
@@ -11,46 +15,49 @@ const LEVEL_STEP: u32 = 2u;
 // a walk visits no more blocks than this: some drivers cut loops silently at 65,535 trips
 const MOST_BLOCKS: i32 = 60000;
 
-// Keeps lit pieces of a ray until enough of them have come, joined where they meet.
-fn push_piece(x0: f32, x1: f32) {
-    if !(x1 > x0) {
-        return;
-    }
-    if open_piece.y == x0 && open_piece.y > open_piece.x {
-        open_piece.y = x1;
-        return;
-    }
-    close_piece();
-    open_piece = vec2f(x0, x1);
-}
-
-fn close_piece() {
-    if open_piece.y > open_piece.x {
-        take_piece(open_piece.x, open_piece.y);
-    }
-    open_piece = vec2f();
-}
-
+// the lit piece that may still go on
 var<private> open_piece: vec2f;
+// lit pieces that have ended: two at most, since one cell ends no more
+var<private> closed: array<vec2f, 2>;
+var<private> closed_count: i32;
+
+// Adds a lit piece; one that follows the last without a gap prolongs it.
+fn push_piece(x0: f32, x1: f32) {
+    let any = x1 > x0;
+    let was_open = open_piece.y > open_piece.x;
+    let ends = any && was_open && open_piece.y != x0;
+    if ends {
+        closed[1] = select(closed[1], open_piece, closed_count == 1);
+        closed[0] = select(closed[0], open_piece, closed_count == 0);
+        closed_count += 1;
+    }
+    if any {
+        open_piece = vec2f(select(x0, open_piece.x, was_open && !ends), x1);
+    }
+}
+
+// Gives the ended pieces to take_piece.
+fn take_closed() {
+    for (var i = 0; i < closed_count; i++) {
+        let piece = select(closed[0], closed[1], i == 1);
+        take_piece(piece.x, piece.y);
+    }
+    closed_count = 0;
+}
 
 // The root of a line within a piece.
 fn root_within(line: vec2f, x0: f32, x1: f32) -> f32 {
     return max(min(-line.x / line.y, x1), x0);
 }
 
-// The part of a piece where height w <= own, which is linear in x.
+// The part of a piece where height w <= own; `behind` is their difference, linear in x.
 fn push_before(behind: vec2f, x0: f32, x1: f32) {
     let dark0 = at(behind, x0) > 0.0;
     let dark1 = at(behind, x1) > 0.0;
-    if dark0 && dark1 {
-        return;
-    }
-    if dark0 == dark1 {
-        push_piece(x0, x1);
-        return;
-    }
     let root = root_within(behind, x0, x1);
-    push_piece(select(x0, root, dark0), select(x1, root, dark1));
+    let first = select(x0, select(x1, root, dark0 != dark1), dark0);
+    let last = select(x1, select(x0, root, dark0 != dark1), dark1);
+    push_piece(first, last);
 }
 
 // A cell whose nodes are joined by two triangles; u and v from the cell's first node, times w.
@@ -58,92 +65,119 @@ fn push_triangles(cell: vec4f, u: vec2f, v: vec2f, w: vec2f, own: vec2f, x0: f32
     let diagonal = u + v - w;
     let low0 = at(diagonal, x0) > 0.0;
     let low1 = at(diagonal, x1) > 0.0;
-    var cut = x1;
-    if low0 != low1 {
-        cut = root_within(diagonal, x0, x1);
-    }
+    let cut = select(x1, root_within(diagonal, x0, x1), low0 != low1);
     for (var part = 0; part < 2; part++) {
         let a = select(cut, x0, part == 0);
         let b = select(x1, cut, part == 0);
-        if !(b > a) {
-            continue;
-        }
         let lower = select(low1, low0, part == 0);
         let corner = select(cell.x, cell.w, lower);
         let along_u = select(cell.y, cell.z, lower);
         let along_v = select(cell.z, cell.y, lower);
-        if LIGHT == DIRECTIONAL && min(corner, min(along_u, along_v)) <= NOTHING {
-            push_piece(a, b);
-            continue;
-        }
         let p = select(u, w - u, lower);
         let q = select(v, w - v, lower);
-        push_before(w * corner + p * (along_u - corner) + q * (along_v - corner) - own, a, b);
+        var behind = w * corner + p * (along_u - corner) + q * (along_v - corner) - own;
+        if LIGHT == DIRECTIONAL && min(corner, min(along_u, along_v)) <= NOTHING {
+            behind = vec2f(-1.0, 0.0);
+        }
+        if b > a {
+            push_before(behind, a, b);
+        }
     }
 }
 
 // Lit pieces of x0 to x1, on which (u, v)/w stays within a face's cells.
 fn walk_face(face: i32, u: vec2f, v: vec2f, w: vec2f, own: vec2f, x0: f32, x1: f32) {
-    let shrink = select(0, 1, LINEAR);
-    let cells = vec2i(i32(light.map_width), i32(light.map_height)) - shrink;
-    var level = light.map_top;
-    var cell = texel_at(u, v, w, x0, vec2i(0), cells - 1);
+    let cells = vec2i(i32(light.map_width), i32(light.map_height)) - select(0, 1, LINEAR);
     // whether the coordinates grow along the ray
     let growth = vec2f(u.y * w.x - u.x * w.y, v.y * w.x - v.x * w.y);
+    let grows = growth > vec2f(0.0);
+    var level = light.map_top;
+    var cell = cell_at(u, v, w, x0, vec2i(0), cells - 1);
     var x = x0;
     var w_here = at(w, x0);
     var own_here = at(own, x0);
-    for (var i = 0; i < MOST_BLOCKS; i++) {
-        let first = (cell >> vec2u(level)) << vec2u(level);
-        let size = 1 << level;
-        let border = select(first, first + size, growth > vec2f(0.0));
-        // where the ray leaves the block
-        let exits = vec2f(leaves(u, w, growth.x, border.x), leaves(v, w, growth.y, border.y));
-        let next = clamp(min(exits.x, exits.y), x, x1);
-        let w_next = at(w, next);
-        let own_next = at(own, next);
-        let range = textureLoad(pyramid, cell >> vec2u(level), face, level).rg;
-        let lit = range.y * w_here <= own_here && range.y * w_next <= own_next;
-        let dark = range.x * w_here > own_here && range.x * w_next > own_next;
-        if !lit && !dark && level > 0u {
-            level -= LEVEL_STEP;
-            let last = min(first + size, cells) - 1;
-            cell = texel_at(u, v, w, x, first, last);
-            continue;
-        }
-        if lit {
-            push_piece(x, next);
-        } else if !dark {
-            if LINEAR {
-                let nodes = cell_heights(face, cell.x, cell.y);
-                push_triangles(nodes, u - f32(cell.x) * w, v - f32(cell.y) * w, w, own, x, next);
+    var trips = 0;
+    var going = x1 > x0;
+    loop {
+        var next = x;
+        var exits = vec2f();
+        var border = vec2i();
+        // whether a cell waits whose triangles decide
+        var waits = false;
+        loop {
+            if !going || closed_count > 0 || waits {
+                break;
+            }
+            trips += 1;
+            let first = (cell >> vec2u(level)) << vec2u(level);
+            let size = 1 << level;
+            border = select(first, first + size, grows);
+            // where the ray leaves the block
+            exits = vec2f(leaves(u, w, growth.x, border.x), leaves(v, w, growth.y, border.y));
+            next = clamp(min(exits.x, exits.y), x, x1);
+            let w_next = at(w, next);
+            let own_next = at(own, next);
+            let range = textureLoad(pyramid, cell >> vec2u(level), face, level).rg;
+            let lit = range.y * w_here <= own_here && range.y * w_next <= own_next;
+            let dark = range.x * w_here > own_here && range.x * w_next > own_next;
+            let undecided = !lit && !dark;
+            if undecided && level > 0u {
+                level -= LEVEL_STEP;
+                cell = cell_at(u, v, w, x, first, min(first + size, cells) - 1);
             } else {
-                push_before(range.x * w - own, x, next);
+                if LINEAR && undecided {
+                    waits = true;
+                } else if LINEAR {
+                    push_piece(x, select(x, next, lit));
+                } else {
+                    // a block that is lit or dark as a whole, or one texel
+                    let height = select(range.x, range.y, lit);
+                    push_before(height * w - own, x, next);
+                }
+                if !waits {
+                    let by_column = exits.x <= exits.y;
+                    cell = crossed(cell, border, grows, by_column);
+                    level = level_at(select(border.y, border.x, by_column));
+                    going = next < x1 && all(cell >= vec2i(0)) && all(cell < cells) && trips < MOST_BLOCKS;
+                    x = next;
+                    w_here = w_next;
+                    own_here = own_next;
+                }
             }
         }
-        if next >= x1 {
-            return;
+        if LINEAR {
+            if waits {
+                let nodes = cell_heights(face, cell.x, cell.y);
+                push_triangles(nodes, u - f32(cell.x) * w, v - f32(cell.y) * w, w, own, x, next);
+                let by_column = exits.x <= exits.y;
+                cell = crossed(cell, border, grows, by_column);
+                level = level_at(select(border.y, border.x, by_column));
+                going = next < x1 && all(cell >= vec2i(0)) && all(cell < cells) && trips < MOST_BLOCKS;
+                x = next;
+                w_here = at(w, x);
+                own_here = at(own, x);
+            }
         }
-        x = next;
-        w_here = w_next;
-        own_here = own_next;
-        // over the border, and up to the largest block that begins there
-        let by_column = exits.x <= exits.y;
-        let crossed = select(border.y, border.x, by_column);
-        if by_column {
-            cell.x = select(border.x - 1, border.x, growth.x > 0.0);
-        } else {
-            cell.y = select(border.y - 1, border.y, growth.y > 0.0);
+        take_closed();
+        if !going {
+            break;
         }
-        if any(cell < vec2i(0)) || any(cell >= cells) {
-            return;
-        }
-        level = min(firstTrailingBit(u32(crossed)) & ~1u, light.map_top);
     }
 }
 
+// The cell beyond a border.
+fn crossed(cell: vec2i, border: vec2i, grows: vec2<bool>, by_column: bool) -> vec2i {
+    let beyond = select(border - 1, border, grows);
+    return vec2i(select(cell.x, beyond.x, by_column), select(beyond.y, cell.y, by_column));
+}
+
+// The largest block that begins at a border.
+fn level_at(border: i32) -> u32 {
+    return min(firstTrailingBit(u32(border)) & ~1u, light.map_top);
+}
+
 // The cell that the ray is in at x, within limits.
-fn texel_at(u: vec2f, v: vec2f, w: vec2f, x: f32, least: vec2i, most: vec2i) -> vec2i {
+fn cell_at(u: vec2f, v: vec2f, w: vec2f, x: f32, least: vec2i, most: vec2i) -> vec2i {
     let scale = 1.0 / max(at(w, x), 1e-30);
     return clamp(vec2i(floor(vec2f(at(u, x), at(v, x)) * scale)), least, most);
 }
@@ -171,59 +205,71 @@ fn walk_map(path: MapPath, piece: vec2f) {
     inside = nonnegative(last.x * w.x - u.x, last.x * w.y - u.y, inside);
     inside = nonnegative(last.y * w.x - v.x, last.y * w.y - v.y, inside);
     let empty = !(inside.y > inside.x) || min(last.x, last.y) <= 0.0;
-    if light.outside == 1u {
-        if empty {
-            push_piece(piece.x, piece.y);
-            return;
-        }
+    let outside = light.outside == 1u;
+    if empty {
+        // all of the piece lies outside of the map
+        inside = vec2f(piece.y, piece.y);
+    }
+    if outside {
         push_piece(piece.x, inside.x);
     }
-    if !empty {
-        walk_face(0, u, v, w, own, inside.x, inside.y);
-        if light.outside == 1u {
-            push_piece(inside.y, piece.y);
-        }
+    walk_face(0, u, v, w, own, inside.x, inside.y);
+    if outside {
+        push_piece(inside.y, piece.y);
     }
+}
+
+// (right, down, forward) lines of a cube's face.
+struct FaceLines {
+    right: vec2f,
+    down: vec2f,
+    w: vec2f,
+}
+
+fn face_lines(path: MapPath, face: i32) -> FaceLines {
+    let offsets = seen_by(face, vec3f(path.x.x, path.y.x, path.w.x));
+    let slopes = seen_by(face, vec3f(path.x.y, path.y.y, path.w.y));
+    return FaceLines(
+        vec2f(offsets.x, slopes.x), vec2f(offsets.y, slopes.y), vec2f(offsets.z, slopes.z),
+    );
+}
+
+// Side k of a face as a line that is positive within: right > -w, right < w, down > -w, down < w.
+fn side_line(lines: FaceLines, reach: f32, k: i32) -> vec2f {
+    let aside = select(lines.right, lines.down, k >= 2);
+    return reach * lines.w + select(aside, -aside, (k & 1) == 1);
 }
 
 // The six faces of a cube map as steps, in the order in which the ray passes them.
 fn walk_cube(path: MapPath, piece: vec2f) {
     var x = piece.x;
     var face = face_towards(vec3f(at(path.x, x), at(path.y, x), at(path.w, x)));
-    for (var i = 0; i < 8; i++) {
-        let offsets = seen_by(face, vec3f(path.x.x, path.y.x, path.w.x));
-        let slopes = seen_by(face, vec3f(path.x.y, path.y.y, path.w.y));
-        let right = vec2f(offsets.x, slopes.x);
-        let down = vec2f(offsets.y, slopes.y);
-        let w = vec2f(offsets.z, slopes.z);
-        // the sides of the face, positive within
+    // a line passes six faces at most, one more for a start on an edge
+    for (var i = 0; i < 7; i++) {
+        let lines = face_lines(path, face);
         var end = piece.y;
         var side = -1;
         for (var k = 0; k < 4; k++) {
-            let line = w + select(1.0, -1.0, (k & 1) == 1) * select(right, down, k >= 2);
-            if line.y < 0.0 {
-                let root = -line.x / line.y;
-                if root < end {
-                    end = root;
-                    side = k;
-                }
+            let line = side_line(lines, 1.0, k);
+            let root = -line.x / line.y;
+            if line.y < 0.0 && root < end {
+                end = root;
+                side = k;
             }
         }
         end = max(end, x);
         let half = 0.5 * light.map_width;
-        if end > x {
-            walk_face(face, half * (w + right), half * (w + down), w, vec2f(1.0, 0.0), x, end);
-        }
+        let w = lines.w;
+        walk_face(face, half * (w + lines.right), half * (w + lines.down), w, vec2f(1.0, 0.0), x, end);
         if side < 0 {
-            return;
+            break;
         }
         x = end;
-        // over the side right = -w, right = w, down = -w or down = w
         face = neighbour(face, side);
     }
 }
 
-// The face beyond a side of a cube's face.
+// The face beyond side k of a cube's face.
 fn neighbour(face: i32, side: i32) -> i32 {
     let sign = select(-1.0, 1.0, (side & 1) == 1);
     let x = select(sign, 0.0, side >= 2);
@@ -243,56 +289,49 @@ fn axis_line(path: MapPath, axis: i32, sign: f32) -> vec2f {
     return sign * select(select(path.w, path.y, axis == 1), path.x, axis == 0);
 }
 
-// The six faces of a cube map within their outermost centres, the strips and the corners between them.
+// The six faces of a cube map within their outermost centres, then the seams between them.
 fn walk_cube_surface(path: MapPath, piece: vec2f) {
     let n = light.map_width;
-    let h = 1.0 / n;
-    let near = 1.0 - h;
-    if n > 1.0 {
-        for (var face = 0; face < 6; face++) {
-            let offsets = seen_by(face, vec3f(path.x.x, path.y.x, path.w.x));
-            let slopes = seen_by(face, vec3f(path.x.y, path.y.y, path.w.y));
-            let right = vec2f(offsets.x, slopes.x);
-            let down = vec2f(offsets.y, slopes.y);
-            let w = vec2f(offsets.z, slopes.z);
-            var inside = nonnegative(w.x, w.y, piece);
-            for (var k = 0; k < 4; k++) {
-                let line = near * w + select(1.0, -1.0, (k & 1) == 1) * select(right, down, k >= 2);
-                inside = nonnegative(line.x, line.y, inside);
-            }
-            if inside.y > inside.x {
-                let u = 0.5 * n * (w + right) - 0.5 * w;
-                let v = 0.5 * n * (w + down) - 0.5 * w;
-                walk_face(face, u, v, w, vec2f(1.0, 0.0), inside.x, inside.y);
-            }
+    let near = 1.0 - 1.0 / n;
+    var faces = 0u;
+    for (var face = 0; face < 6; face++) {
+        let lines = face_lines(path, face);
+        var inside = nonnegative(lines.w.x, lines.w.y, piece);
+        for (var k = 0; k < 4; k++) {
+            let line = side_line(lines, near, k);
+            inside = nonnegative(line.x, line.y, inside);
         }
-        for (var i = 0; i < 12; i++) {
-            walk_strip(path, strip(i), piece);
-        }
+        faces |= select(0u, 1u << u32(face), inside.y > inside.x && n > 1.0);
     }
-    for (var i = 0; i < 8; i++) {
-        let signs = corner_signs(i);
-        let a = axis_line(path, 0, signs.x);
-        let b = axis_line(path, 1, signs.y);
-        let c = axis_line(path, 2, signs.z);
-        let w = a + b + c;
-        var inside = nonnegative(w.x, w.y, piece);
-        // beyond the ends of the three strips
-        let ends = array<vec2f, 3>(
-            a * (2.0 - h) - (b + c) * near, b * (2.0 - h) - (a + c) * near, c * (2.0 - h) - (a + b) * near,
-        );
-        for (var k = 0; k < 3; k++) {
-            inside = nonnegative(ends[k].x, ends[k].y, inside);
+    for (var i = 0; i < 6; i++) {
+        if faces == 0u {
+            break;
         }
-        if inside.y > inside.x {
-            let u = (b * (3.0 - 2.0 * h) - w * near) * n;
-            let v = (c * (3.0 - 2.0 * h) - w * near) * n;
-            push_triangles(corner_heights(signs), u, v, w, vec2f(1.0, 0.0), inside.x, inside.y);
+        let face = i32(firstTrailingBit(faces));
+        faces &= faces - 1u;
+        let lines = face_lines(path, face);
+        var inside = nonnegative(lines.w.x, lines.w.y, piece);
+        for (var k = 0; k < 4; k++) {
+            let line = side_line(lines, near, k);
+            inside = nonnegative(line.x, line.y, inside);
         }
+        let w = lines.w;
+        let u = 0.5 * n * (w + lines.right) - 0.5 * w;
+        let v = 0.5 * n * (w + lines.down) - 0.5 * w;
+        walk_face(face, u, v, w, vec2f(1.0, 0.0), inside.x, inside.y);
     }
+    walk_seams(path, piece);
 }
 
-fn walk_strip(path: MapPath, strip: Strip, piece: vec2f) {
+// A seam of a cube map, 12 strips and then 8 corners: the piece of the ray within, and its cells' coordinates.
+struct Seam {
+    piece: vec2f,
+    u: vec2f,
+    v: vec2f,
+    w: vec2f,
+}
+
+fn strip_seam(path: MapPath, strip: Strip, piece: vec2f) -> Seam {
     let n = light.map_width;
     let h = 1.0 / n;
     let near = 1.0 - h;
@@ -300,36 +339,99 @@ fn walk_strip(path: MapPath, strip: Strip, piece: vec2f) {
     let b = axis_line(path, strip.b, strip.sign_b);
     let c = axis_line(path, strip.c, 1.0);
     let w = a + b;
-    let sides = array<vec2f, 4>(
-        a - near * b, b - near * a, near * w + (2.0 - h) * c, near * w - (2.0 - h) * c,
-    );
     var inside = nonnegative(w.x, w.y, piece);
-    for (var k = 0; k < 4; k++) {
-        inside = nonnegative(sides[k].x, sides[k].y, inside);
+    inside = nonnegative(a.x - near * b.x, a.y - near * b.y, inside);
+    inside = nonnegative(b.x - near * a.x, b.y - near * a.y, inside);
+    let reach = near * w;
+    let along = (2.0 - h) * c;
+    inside = nonnegative(reach.x + along.x, reach.y + along.y, inside);
+    inside = nonnegative(reach.x - along.x, reach.y - along.y, inside);
+    return Seam(inside, 0.5 * n * along + 0.5 * (n - 1.0) * w, n * (b - near * a), w);
+}
+
+fn corner_seam(path: MapPath, signs: vec3f, piece: vec2f) -> Seam {
+    let n = light.map_width;
+    let h = 1.0 / n;
+    let near = 1.0 - h;
+    let a = axis_line(path, 0, signs.x);
+    let b = axis_line(path, 1, signs.y);
+    let c = axis_line(path, 2, signs.z);
+    let w = a + b + c;
+    var inside = nonnegative(w.x, w.y, piece);
+    // beyond the ends of the three strips
+    let x = a * (2.0 - h) - (b + c) * near;
+    let y = b * (2.0 - h) - (a + c) * near;
+    let z = c * (2.0 - h) - (a + b) * near;
+    inside = nonnegative(x.x, x.y, inside);
+    inside = nonnegative(y.x, y.y, inside);
+    inside = nonnegative(z.x, z.y, inside);
+    return Seam(inside, (b * (3.0 - 2.0 * h) - w * near) * n, (c * (3.0 - 2.0 * h) - w * near) * n, w);
+}
+
+// The seams that the ray passes, cell by cell.
+fn walk_seams(path: MapPath, piece: vec2f) {
+    let n = light.map_width;
+    var seams = 0u;
+    for (var i = 0; i < 12; i++) {
+        let inside = strip_seam(path, strip(i), piece).piece;
+        seams |= select(0u, 1u << u32(i), inside.y > inside.x && n > 1.0);
     }
-    if !(inside.y > inside.x) {
-        return;
+    for (var i = 0; i < 8; i++) {
+        let inside = corner_seam(path, corner_signs(i), piece).piece;
+        seams |= select(0u, 1u << u32(12 + i), inside.y > inside.x);
     }
-    let u = 0.5 * n * (2.0 - h) * c + 0.5 * (n - 1.0) * w;
-    let v = n * (b - near * a);
-    let growth = u.y * w.x - u.x * w.y;
-    var x = inside.x;
-    var cell = texel_at(u, v, w, x, vec2i(0), vec2i(i32(n) - 2, 0)).x;
-    for (var i = 0; i < MOST_BLOCKS; i++) {
-        let border = select(cell, cell + 1, growth > 0.0);
-        let next = clamp(leaves(u, w, growth, border), x, inside.y);
-        push_triangles(strip_heights(strip, cell), u - f32(cell) * w, v, w, vec2f(1.0, 0.0), x, next);
-        cell = select(border - 1, border, growth > 0.0);
-        if next >= inside.y || cell < 0 || cell > i32(n) - 2 {
-            return;
+    var seam = Seam();
+    var index = 0;
+    var cell = 0;
+    var x = 0.0;
+    var going = false;
+    for (var trips = 0; trips < MOST_BLOCKS; trips++) {
+        loop {
+            if closed_count > 0 || (!going && seams == 0u) || trips > MOST_BLOCKS {
+                break;
+            }
+            trips += 1;
+            if !going {
+                index = i32(firstTrailingBit(seams));
+                seams &= seams - 1u;
+                let own_strip = strip_seam(path, strip(index), piece);
+                let own_corner = corner_seam(path, corner_signs(index - 12), piece);
+                if index < 12 {
+                    seam = own_strip;
+                } else {
+                    seam = own_corner;
+                }
+                x = seam.piece.x;
+                let last = select(0, i32(n) - 2, index < 12);
+                cell = cell_at(seam.u, seam.v, seam.w, x, vec2i(0), vec2i(last, 0)).x;
+                going = true;
+            }
+            let growth = seam.u.y * seam.w.x - seam.u.x * seam.w.y;
+            let border = select(cell, cell + 1, growth > 0.0);
+            let is_strip = index < 12;
+            let exit = select(seam.piece.y, leaves(seam.u, seam.w, growth, border), is_strip);
+            let next = clamp(exit, x, seam.piece.y);
+            var nodes = corner_heights(corner_signs(index - 12));
+            if is_strip {
+                nodes = strip_heights(strip(index), cell);
+            }
+            let u = seam.u - f32(cell) * seam.w;
+            push_triangles(nodes, u, seam.v, seam.w, vec2f(1.0, 0.0), x, next);
+            cell = select(border - 1, border, growth > 0.0);
+            x = next;
+            going = is_strip && next < seam.piece.y && cell >= 0 && cell <= i32(n) - 2;
         }
-        x = next;
+        take_closed();
+        if !going && seams == 0u {
+            break;
+        }
     }
 }
 
 // Gives every lit piece of `piece` to take_piece.
 fn walk(path: MapPath, piece: vec2f) {
     open_piece = vec2f();
+    closed_count = 0;
     if piece.y > piece.x {
         if LIGHT != POINT {
             walk_map(path, piece);
@@ -339,5 +441,11 @@ fn walk(path: MapPath, piece: vec2f) {
             walk_cube(path, piece);
         }
     }
-    close_piece();
+    // an empty piece at the very end closes the last one
+    if open_piece.y > open_piece.x {
+        closed[1] = select(closed[1], open_piece, closed_count == 1);
+        closed[0] = select(closed[0], open_piece, closed_count == 0);
+        closed_count += 1;
+    }
+    take_closed();
 }

@@ -10,7 +10,7 @@ use scene::{
     Aabb, AirlightModel, Bvh, Camera, DirectionalLight, Interval, Light, LightId, Medium,
     PointLight, Scene, SpotLight, Visibility,
 };
-use shadowmap::{Bias, DepthMap};
+use shadowmap::{Bias, DepthMap, ExactShadowMap, MapSurface};
 
 /// Devices with core features only and with everything; empty with a line that says so where there is no adapter. With
 /// `REQUIRE_GPU` set its absence fails the test.
@@ -86,9 +86,9 @@ impl Stage {
         ]
     }
 
-    /// The light's map; `None` without triangles.
-    pub fn map(&self, light: &Light, side: u32) -> Option<DepthMap> {
-        shadowmap::draw_maps(std::slice::from_ref(light), &self.scene, side).unwrap().remove(0)
+    /// The light's map for a meaning; `None` without triangles.
+    pub fn map(&self, light: &Light, side: u32, surface: MapSurface) -> Option<DepthMap> {
+        shadowmap::draw_maps_for(std::slice::from_ref(light), &self.scene, side, surface).unwrap().remove(0)
     }
 
     pub fn ends_f32(&self) -> Vec<f32> {
@@ -134,6 +134,18 @@ impl Stage {
         let occluders = visibility.map(|visibility| Occluders { visibility, bounds: self.bvh.bounds() });
         let march = BruteForce { medium: &self.medium, lights, occluders, samples, model };
         self.by_ray(|ray, end| march.airlight(ray, end).airlight.to_array())
+    }
+
+    /// Airlight of one light over the lit intervals of a map, in f64.
+    pub fn traversed(&self, light: &Light, map: &Option<DepthMap>, surface: MapSurface) -> Vec<[f32; 3]> {
+        let lights = std::slice::from_ref(light);
+        let shadows =
+            ExactShadowMap::new(std::slice::from_ref(map), lights, surface, Bias::NONE).unwrap();
+        let settings = ground_truth::Settings::default();
+        let reference = ground_truth::Reference::new(&[], &self.bvh, &self.medium, lights, settings)
+            .unwrap()
+            .with_shadows(&shadows);
+        self.by_ray(|ray, end| reference.airlight(ray, end).as_vec3().to_array())
     }
 
     fn by_ray(&self, airlight: impl Fn(&scene::DRay, f64) -> [f32; 3]) -> Vec<[f32; 3]> {
