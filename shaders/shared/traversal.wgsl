@@ -86,6 +86,8 @@ fn push_triangles(cell: vec4f, u: vec2f, v: vec2f, w: vec2f, own: vec2f, x0: f32
 }
 
 // Lit pieces of x0 to x1, on which (u, v)/w stays within a face's cells.
+//
+// The inner loop has no branch: what a thread does not do, it does with values that change nothing.
 fn walk_face(face: i32, u: vec2f, v: vec2f, w: vec2f, own: vec2f, x0: f32, x1: f32) {
     let cells = vec2i(i32(light.map_width), i32(light.map_height)) - select(0, 1, LINEAR);
     // whether the coordinates grow along the ray
@@ -94,75 +96,81 @@ fn walk_face(face: i32, u: vec2f, v: vec2f, w: vec2f, own: vec2f, x0: f32, x1: f
     var level = light.map_top;
     var cell = cell_at(u, v, w, x0, vec2i(0), cells - 1);
     var x = x0;
-    var w_here = at(w, x0);
-    var own_here = at(own, x0);
     var trips = 0;
     var going = x1 > x0;
+    var open = open_piece;
     loop {
-        var next = x;
-        var exits = vec2f();
-        var border = vec2i();
-        // whether a cell waits whose triangles decide
-        var waits = false;
+        var ended = vec2f();
+        // a cell whose triangles decide, and where the ray leaves it
+        var waiting = vec3i(0, 0, 0);
+        var waiting_piece = vec2f(x, x);
         loop {
-            if !going || closed_count > 0 || waits {
+            if !going || ended.y > ended.x || waiting.z == 1 {
                 break;
             }
             trips += 1;
             let first = (cell >> vec2u(level)) << vec2u(level);
             let size = 1 << level;
-            border = select(first, first + size, grows);
+            let border = select(first, first + size, grows);
             // where the ray leaves the block
-            exits = vec2f(leaves(u, w, growth.x, border.x), leaves(v, w, growth.y, border.y));
-            next = clamp(min(exits.x, exits.y), x, x1);
-            let w_next = at(w, next);
-            let own_next = at(own, next);
+            let exits = vec2f(leaves(u, w, growth.x, border.x), leaves(v, w, growth.y, border.y));
+            let next = clamp(min(exits.x, exits.y), x, x1);
             let range = textureLoad(pyramid, cell >> vec2u(level), face, level).rg;
-            let lit = range.y * w_here <= own_here && range.y * w_next <= own_next;
-            let dark = range.x * w_here > own_here && range.x * w_next > own_next;
+            let lit = behind(range.y, w, own, x) <= 0.0 && behind(range.y, w, own, next) <= 0.0;
+            let dark = behind(range.x, w, own, x) > 0.0 && behind(range.x, w, own, next) > 0.0;
             let undecided = !lit && !dark;
-            if undecided && level > 0u {
-                level -= LEVEL_STEP;
-                cell = cell_at(u, v, w, x, first, min(first + size, cells) - 1);
+            let descends = undecided && level > 0u;
+            // the lit part: of a whole block all or nothing, of a texel up to where the ray passes its height
+            var part = vec2f(x, select(x, next, lit));
+            if LINEAR {
+                let waits = undecided && level == 0u;
+                waiting = select(waiting, vec3i(cell, 1), waits);
+                waiting_piece = select(waiting_piece, vec2f(x, next), waits);
             } else {
-                if LINEAR && undecided {
-                    waits = true;
-                } else if LINEAR {
-                    push_piece(x, select(x, next, lit));
-                } else {
-                    // a block that is lit or dark as a whole, or one texel
-                    let height = select(range.x, range.y, lit);
-                    push_before(height * w - own, x, next);
-                }
-                if !waits {
-                    let by_column = exits.x <= exits.y;
-                    cell = crossed(cell, border, grows, by_column);
-                    level = level_at(select(border.y, border.x, by_column));
-                    going = next < x1 && all(cell >= vec2i(0)) && all(cell < cells) && trips < MOST_BLOCKS;
-                    x = next;
-                    w_here = w_next;
-                    own_here = own_next;
-                }
+                let line = range.x * w - own;
+                let root = root_within(line, x, next);
+                let from_light = at(line, x) <= 0.0;
+                let crossing = select(vec2f(root, next), vec2f(x, root), from_light);
+                part = select(part, crossing, undecided && level == 0u);
             }
+            let any = part.y > part.x;
+            let was_open = open.y > open.x;
+            let joins = was_open && open.y == part.x;
+            ended = select(vec2f(), open, any && was_open && !joins);
+            open = select(open, vec2f(select(part.x, open.x, joins), part.y), any);
+            // down into the block, or over its border and up to the largest block that begins there
+            let by_column = exits.x <= exits.y;
+            let inside = cell_at(u, v, w, x, first, min(first + size, cells) - 1);
+            cell = select(crossed(cell, border, grows, by_column), inside, descends);
+            level = select(level_at(select(border.y, border.x, by_column)), level - LEVEL_STEP, descends);
+            x = select(next, x, descends);
+            going = descends || (next < x1 && all(cell >= vec2i(0)) && all(cell < cells));
+            going = going && trips < MOST_BLOCKS;
+        }
+        open_piece = open;
+        if ended.y > ended.x {
+            closed[0] = ended;
+            closed_count = 1;
         }
         if LINEAR {
-            if waits {
-                let nodes = cell_heights(face, cell.x, cell.y);
-                push_triangles(nodes, u - f32(cell.x) * w, v - f32(cell.y) * w, w, own, x, next);
-                let by_column = exits.x <= exits.y;
-                cell = crossed(cell, border, grows, by_column);
-                level = level_at(select(border.y, border.x, by_column));
-                going = next < x1 && all(cell >= vec2i(0)) && all(cell < cells) && trips < MOST_BLOCKS;
-                x = next;
-                w_here = at(w, x);
-                own_here = at(own, x);
+            if waiting.z == 1 {
+                let nodes = cell_heights(face, waiting.x, waiting.y);
+                let du = u - f32(waiting.x) * w;
+                let dv = v - f32(waiting.y) * w;
+                push_triangles(nodes, du, dv, w, own, waiting_piece.x, waiting_piece.y);
             }
         }
         take_closed();
+        open = open_piece;
         if !going {
             break;
         }
     }
+}
+
+// How far a height lies behind the ray's: positive where the ray is in its shadow.
+fn behind(height: f32, w: vec2f, own: vec2f, x: f32) -> f32 {
+    return height * at(w, x) - at(own, x);
 }
 
 // The cell beyond a border.

@@ -67,7 +67,7 @@ fn timing() {
         gpu.queue.submit([encoder.finish()]);
         let times = fog.pass_times(&gpu.device, &gpu.queue).unwrap();
         ((), (), times.iter().filter_map(|t| t.ms).sum::<f64>()) };
-                if std::env::var("COUNT").is_ok() { for c in 0..2 { let mut v: Vec<f32> = exact.iter().map(|p| p[c]).collect(); v.sort_by(f32::total_cmp); println!("= {c}: mean {:.1} median {} 99% {} max {}", v.iter().sum::<f32>() / v.len() as f32, v[v.len()/2], v[v.len()*99/100], v[v.len()-1]); } }
+                if std::env::var("COUNT").is_ok() { for c in 0..3 { let mut v: Vec<f32> = exact.iter().map(|p| p[c]).collect(); v.sort_by(f32::total_cmp); println!("= {c}: mean {:.1} median {} 99% {} max {}", v.iter().sum::<f32>() / v.len() as f32, v[v.len()/2], v[v.len()*99/100], v[v.len()-1]); } }
                 println!("= closed {closed:.1}");
                 let open = stage.on_gpu(&gpu, &mut fog, light, None, Technique::ExactShadowMap { surface });
                 let norm = |a: &[[f32;3]], b: &[[f32;3]]| a.iter().flatten().zip(b.iter().flatten()).map(|(a,b)| f64::from(a-b).powi(2)).sum::<f64>().sqrt();
