@@ -9,6 +9,27 @@
 #import shadow_map
 #import steps
 
+// A run of steps of one visibility.
+struct Run {
+    i: u32,           // the step that comes next
+    first: u32,       // its first step
+    from_start: bool, // whether it began before the march
+    visibility: f32,
+    ended: bool,      // whether it was lit and step i - 1 differs
+    after: f32,       // visibility of that step
+}
+
+// The run with one more step: a dark one gives way to what follows, a lit one ends.
+fn next_step(run: Run, visibility: f32) -> Run {
+    let differs = visibility != run.visibility;
+    let ended = differs && run.visibility > 0.0;
+    let begins = differs && !ended;
+    return Run(
+        run.i + 1u, select(run.first, run.i, begins), run.from_start && !begins,
+        select(run.visibility, visibility, begins), ended, visibility,
+    );
+}
+
 @compute @workgroup_size(64)
 fn main(@builtin(workgroup_id) tile: vec3u, @builtin(local_invocation_index) index: u32) {
     let pixel = pixel_of(tile.xy, index);
@@ -30,39 +51,49 @@ fn main(@builtin(workgroup_id) tile: vec3u, @builtin(local_invocation_index) ind
         }
         let path = map_path(ray);
         let steps = steps_of(lamp.foot.foot, marched, false, LIGHT == DIRECTIONAL);
-        let stop = select(0u, light.end_sample, marched.y > marched.x);
+        let equal = steps.kind == EQUAL_STEPS;
+        let width = (marched.y - marched.x) / f32(light.samples);
         let whole = light.end_sample == light.samples;
-        let stop_at = select(step_at(steps, f32(stop)), max(marched.x, marched.y), whole);
-        // the run so far: where it began and its visibility; what lies before and after is lit without a step
-        var start = select(step_at(steps, f32(light.first_sample)), piece.x, light.first_sample == 0u);
-        var visibility = select(0.0, 1.0, light.first_sample == 0u);
+        let stop = select(light.first_sample, light.end_sample, marched.y > marched.x);
+        let marched_to = max(marched.x, marched.y);
+        // the run so far: its first step and visibility; the first run of all is lit from where the piece begins
         var i = light.first_sample;
-        let last = max(stop, light.first_sample) + 1u;
+        var first = i;
+        var from_start = i == 0u;
+        var visibility = select(0.0, 1.0, from_start);
+        // whether the march is over and only what lies after it is left
+        var tail = false;
         loop {
             // goes on until a lit run ends, so that threads of a group integrate theirs together
-            var run = vec3f();
+            var run = Run(i, first, from_start, visibility, false, visibility);
+            // two loops: some drivers execute both sides of every branch, and only a loop is left out
             loop {
-                if i > last || run.z > 0.0 {
+                if !equal || run.i >= stop || run.ended {
                     break;
                 }
-                // after the steps what lies behind them, and then nothing
-                var here = select(0.0, 1.0, whole && i + 1u == last);
-                var border = select(piece.y, stop_at, i + 1u == last);
-                if i + 1u < last {
-                    here = map_visibility(path, step_at(steps, f32(i) + 0.5));
-                    border = step_at(steps, f32(i));
-                }
-                if here != visibility {
-                    run = vec3f(start, border, visibility);
-                    start = border;
-                    visibility = here;
-                }
-                i += 1u;
+                run = next_step(run, map_visibility(path, marched.x + (f32(run.i) + 0.5) * width));
             }
-            radiance += run.z * piece_airlight(lamp, run.x, run.y);
-            if i > last {
-                break;
+            loop {
+                if equal || run.i >= stop || run.ended {
+                    break;
+                }
+                run = next_step(run, map_visibility(path, step_at(steps, f32(run.i) + 0.5)));
             }
+            let joined = !run.ended && whole && run.visibility == 1.0;
+            var start = select(step_at(steps, f32(run.first)), piece.x, run.from_start);
+            start = select(start, marched_to, tail);
+            let end = step_at(steps, f32(select(stop, run.i - 1u, run.ended)));
+            radiance += run.visibility * piece_airlight(lamp, start, select(end, piece.y, joined));
+            if !run.ended {
+                if tail || joined || !whole || piece.y <= marched_to {
+                    break;
+                }
+                tail = true;
+            }
+            i = run.i;
+            first = select(stop, run.i - 1u, run.ended);
+            from_start = false;
+            visibility = select(1.0, run.after, run.ended);
         }
     }
     var sum = vec4f(radiance, 0.0);

@@ -62,9 +62,12 @@ fn timing() {
     let view = View { camera: &stage.camera, size: stage.size, depth: SceneDepth::Distances(&ends), max_distance: f64::INFINITY };
     let frame = Frame { views: &[view], medium: &stage.medium, lamps: &[Lamp { light, shadows: None }], model: AirlightModel::Sun, technique: Technique::ExactShadowMap { surface } };
     fog.prepare(&gpu.device, &gpu.queue, &frame).unwrap();
+        let t = std::time::Instant::now();
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         fog.encode(&mut encoder);
         gpu.queue.submit([encoder.finish()]);
+        gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+        println!("= closed wall {:.1}", t.elapsed().as_secs_f64() * 1e3);
         let times = fog.pass_times(&gpu.device, &gpu.queue).unwrap();
         ((), (), times.iter().filter_map(|t| t.ms).sum::<f64>()) };
                 if std::env::var("COUNT").is_ok() { for c in 0..3 { let mut v: Vec<f32> = exact.iter().map(|p| p[c]).collect(); v.sort_by(f32::total_cmp); println!("= {c}: mean {:.1} median {} 99% {} max {}", v.iter().sum::<f32>() / v.len() as f32, v[v.len()/2], v[v.len()*99/100], v[v.len()-1]); } }
@@ -79,7 +82,7 @@ fn timing() {
                 if std::env::var("EXACT").is_ok() { continue; }
                 let mut before: Option<(f64, f64)> = None;
                 let mut targets = vec![0.01, 0.002];
-                for samples in [50, 100, 400, 1600] {
+                for samples in [15, 30, 60, 120, 250, 500, 1000, 2000] {
                     let (got, wall, ms) = time(&gpu, &mut fog, stage, light, &on, Technique::BruteForce { samples, lookup }, 1);
                     let e = norm(&got, &exact) / weight;
                     line += &format!("  {samples}: {e:.5} {ms:.0}ms({wall:.0})");
