@@ -6,11 +6,20 @@
 #import piece
 #import traversal
 
-var<private> lamp: Lamp;
-var<private> radiance: vec3f;
+// lit pieces that are kept from one walk; a ray that has more is walked again for the rest
+const KEPT: u32 = 16u;
+var<private> pieces: array<vec2f, KEPT>;
+// pieces that the walk has found, and how many of them the walks before have dealt with
+var<private> found: u32;
+var<private> dealt_with: u32;
 
 fn take_piece(x0: f32, x1: f32) {
-    radiance += piece_airlight(lamp, x0, x1);
+    // wraps around, and so is no slot, for a piece that was dealt with
+    let slot = found - dealt_with;
+    if slot < KEPT {
+        pieces[slot] = vec2f(x0, x1);
+    }
+    found += 1u;
 }
 
 @compute @workgroup_size(64)
@@ -21,13 +30,26 @@ fn main(@builtin(workgroup_id) tile: vec3u, @builtin(local_invocation_index) ind
     }
     let ray = view_ray(pixel);
     let end = textureLoad(ray_ends, pixel, 0).r;
-    lamp = lamp_of(ray);
+    let lamp = lamp_of(ray);
     var piece = vec2f(0.0, end);
     if LIGHT == SPOT {
         piece = cone_piece(lamp.foot, light.axis, ray.direction, light.cos_outer * light.cos_outer, piece);
     }
+    var radiance = vec3f();
     if SHADOWED {
-        walk(map_path(ray), piece);
+        let path = map_path(ray);
+        loop {
+            found = 0u;
+            walk(path, piece);
+            let kept = min(found - dealt_with, KEPT);
+            for (var i = 0u; i < kept; i++) {
+                radiance += piece_airlight(lamp, pieces[i].x, pieces[i].y);
+            }
+            dealt_with += kept;
+            if dealt_with >= found {
+                break;
+            }
+        }
     } else {
         radiance = piece_airlight(lamp, piece.x, piece.y);
     }

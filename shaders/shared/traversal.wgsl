@@ -36,11 +36,44 @@ fn push_piece(x0: f32, x1: f32) {
     }
 }
 
+// A stretch of a ray in a parameter s in which texel coordinates and 1/depth are linear, as in perspective-correct
+// interpolation; s rises along the ray, from -1 to 0 or from 0 to 1, and is 0 at the end that is deeper in the map, where
+// depths change fastest with it.
+struct Stretch {
+    x0: f32,      // ends of the stretch; units: m
+    x1: f32,
+    inverse0: f32, // 1/w there; 1 in an orthographic map
+    inverse1: f32,
+    s0: f32,      // -1 or 0
+    x_open: f32,  // where a piece began that was open before the stretch: at any lesser s
+}
+
+var<private> stretch: Stretch;
+
+// A stretch whose parameter is the distance itself.
+fn plain_stretch() -> Stretch {
+    return Stretch(0.0, 0.0, 0.0, 0.0, 1.0, 0.0);
+}
+
+// The distance of a parameter.
+fn x_of(s: f32) -> f32 {
+    if stretch.s0 > 0.0 {
+        return s;
+    }
+    let near = select(1.0 - s, -s, stretch.s0 < 0.0) * stretch.inverse0;
+    let far = select(s, 1.0 + s, stretch.s0 < 0.0) * stretch.inverse1;
+    let x = (stretch.x0 * near + stretch.x1 * far) / (near + far);
+    let inside = min(max(x, stretch.x0), stretch.x1);
+    // both ends are what they are, so that pieces of neighbouring stretches meet
+    let before = select(stretch.x0, stretch.x_open, s < stretch.s0);
+    return select(select(inside, stretch.x1, s >= stretch.s0 + 1.0), before, s <= stretch.s0);
+}
+
 // Gives the ended pieces to take_piece.
 fn take_closed() {
     for (var i = 0; i < closed_count; i++) {
         let piece = select(closed[0], closed[1], i == 1);
-        take_piece(piece.x, piece.y);
+        take_piece(x_of(piece.x), x_of(piece.y));
     }
     closed_count = 0;
 }
@@ -90,20 +123,39 @@ fn push_triangles(cell: vec4f, u: vec2f, v: vec2f, w: vec2f, own: vec2f, x0: f32
 // The inner loop has no branch: what a thread does not do, it does with values that change nothing.
 fn walk_face(face: i32, u: vec2f, v: vec2f, w: vec2f, own: vec2f, x0: f32, x1: f32) {
     let cells = vec2i(i32(light.map_width), i32(light.map_height)) - select(0, 1, LINEAR);
-    // whether the coordinates grow along the ray
-    let growth = vec2f(u.y * w.x - u.x * w.y, v.y * w.x - v.x * w.y);
-    let grows = growth > vec2f(0.0);
+    // texel coordinates and height at both ends
+    let inverse = 1.0 / max(vec2f(at(w, x0), at(w, x1)), vec2f(1e-30));
+    let start = vec3f(at(u, x0), at(v, x0), at(own, x0)) * inverse.x;
+    let end = vec3f(at(u, x1), at(v, x1), at(own, x1)) * inverse.y;
+    let from_far = LIGHT != DIRECTIONAL && inverse.y < inverse.x;
+    let anchor = select(start, end, from_far);
+    let slope = end - start;
+    let s0 = select(0.0, -1.0, from_far);
+    let s1 = s0 + 1.0;
+    let carries = open_piece.y > open_piece.x && open_piece.y == x0;
+    if !carries && open_piece.y > open_piece.x {
+        take_piece(open_piece.x, open_piece.y);
+    }
+    stretch = Stretch(x0, x1, inverse.x, inverse.y, s0, open_piece.x);
+    // a piece that comes from before is open from the very start
+    open_piece = vec2f(select(s0, s0 - 1.0, carries), s0);
+
+    let grows = slope.xy > vec2f(0.0);
+    // borders are passed at (border - anchor) per_cell; those of a coordinate that stands still, never
+    let still = abs(slope.xy) < vec2f(1e-30);
+    let per_cell = 1.0 / select(slope.xy, vec2f(1.0), still);
+    let per_height = 1.0 / select(slope.z, 1.0, abs(slope.z) < 1e-37);
     var level = light.map_top;
-    var cell = cell_at(u, v, w, x0, vec2i(0), cells - 1);
-    var x = x0;
+    var cell = clamp(vec2i(floor(start.xy)), vec2i(0), cells - 1);
+    var s = s0;
     var trips = 0;
     var going = x1 > x0;
-    var open = open_piece;
     loop {
+        var open = open_piece;
         var ended = vec2f();
-        // a cell whose triangles decide, and where the ray leaves it
+        // a cell whose triangles decide
         var waiting = vec3i(0, 0, 0);
-        var waiting_piece = vec2f(x, x);
+        var waiting_piece = vec2f();
         loop {
             if !going || ended.y > ended.x || waiting.z == 1 {
                 break;
@@ -113,24 +165,25 @@ fn walk_face(face: i32, u: vec2f, v: vec2f, w: vec2f, own: vec2f, x0: f32, x1: f
             let size = 1 << level;
             let border = select(first, first + size, grows);
             // where the ray leaves the block
-            let exits = vec2f(leaves(u, w, growth.x, border.x), leaves(v, w, growth.y, border.y));
-            let next = clamp(min(exits.x, exits.y), x, x1);
+            let exits = select((vec2f(border) - anchor.xy) * per_cell, vec2f(ENDLESS), still);
+            let by_column = exits.x <= exits.y;
+            let next = max(min(min(exits.x, exits.y), s1), s);
             let range = textureLoad(pyramid, cell >> vec2u(level), face, level).rg;
-            let lit = behind(range.y, w, own, x) <= 0.0 && behind(range.y, w, own, next) <= 0.0;
-            let dark = behind(range.x, w, own, x) > 0.0 && behind(range.x, w, own, next) > 0.0;
+            let height = anchor.z + slope.z * s;
+            let height_next = anchor.z + slope.z * next;
+            let lit = range.y <= min(height, height_next);
+            let dark = range.x > max(height, height_next);
             let undecided = !lit && !dark;
             let descends = undecided && level > 0u;
             // the lit part: of a whole block all or nothing, of a texel up to where the ray passes its height
-            var part = vec2f(x, select(x, next, lit));
+            var part = vec2f(s, select(s, next, lit));
             if LINEAR {
                 let waits = undecided && level == 0u;
                 waiting = select(waiting, vec3i(cell, 1), waits);
-                waiting_piece = select(waiting_piece, vec2f(x, next), waits);
+                waiting_piece = select(waiting_piece, vec2f(s, next), waits);
             } else {
-                let line = range.x * w - own;
-                let root = root_within(line, x, next);
-                let from_light = at(line, x) <= 0.0;
-                let crossing = select(vec2f(root, next), vec2f(x, root), from_light);
+                let root = max(min((range.x - anchor.z) * per_height, next), s);
+                let crossing = select(vec2f(root, next), vec2f(s, root), range.x <= height);
                 part = select(part, crossing, undecided && level == 0u);
             }
             let any = part.y > part.x;
@@ -139,13 +192,16 @@ fn walk_face(face: i32, u: vec2f, v: vec2f, w: vec2f, own: vec2f, x0: f32, x1: f
             ended = select(vec2f(), open, any && was_open && !joins);
             open = select(open, vec2f(select(part.x, open.x, joins), part.y), any);
             // down into the block, or over its border and up to the largest block that begins there
-            let by_column = exits.x <= exits.y;
-            let inside = cell_at(u, v, w, x, first, min(first + size, cells) - 1);
-            cell = select(crossed(cell, border, grows, by_column), inside, descends);
-            level = select(level_at(select(border.y, border.x, by_column)), level - LEVEL_STEP, descends);
-            x = select(next, x, descends);
-            going = descends || (next < x1 && all(cell >= vec2i(0)) && all(cell < cells));
-            going = going && trips < MOST_BLOCKS;
+            let here = vec2i(floor(anchor.xy + slope.xy * s));
+            let inside = max(min(here, min(first + size, cells) - 1), first);
+            let beyond = select(border - 1, border, grows);
+            let over = vec2i(select(cell.x, beyond.x, by_column), select(beyond.y, cell.y, by_column));
+            cell = select(over, inside, descends);
+            let above = min(level_at(select(border.y, border.x, by_column)), light.map_top);
+            level = select(above, level - LEVEL_STEP, descends);
+            s = select(next, s, descends);
+            let on_map = all(vec2u(cell) < vec2u(cells));
+            going = descends || (next < s1 && on_map && trips < MOST_BLOCKS);
         }
         open_piece = open;
         if ended.y > ended.x {
@@ -155,47 +211,38 @@ fn walk_face(face: i32, u: vec2f, v: vec2f, w: vec2f, own: vec2f, x0: f32, x1: f
         if LINEAR {
             if waiting.z == 1 {
                 let nodes = cell_heights(face, waiting.x, waiting.y);
-                let du = u - f32(waiting.x) * w;
-                let dv = v - f32(waiting.y) * w;
-                push_triangles(nodes, du, dv, w, own, waiting_piece.x, waiting_piece.y);
+                let du = vec2f(anchor.x - f32(waiting.x), slope.x);
+                let dv = vec2f(anchor.y - f32(waiting.y), slope.y);
+                let height = vec2f(anchor.z, slope.z);
+                push_triangles(nodes, du, dv, vec2f(1.0, 0.0), height, waiting_piece.x, waiting_piece.y);
             }
         }
         take_closed();
-        open = open_piece;
         if !going {
             break;
         }
     }
+    open_piece = select(vec2f(), vec2f(x_of(open_piece.x), x_of(open_piece.y)), open_piece.y > open_piece.x);
 }
 
-// How far a height lies behind the ray's: positive where the ray is in its shadow.
-fn behind(height: f32, w: vec2f, own: vec2f, x: f32) -> f32 {
-    return height * at(w, x) - at(own, x);
-}
-
-// The cell beyond a border.
-fn crossed(cell: vec2i, border: vec2i, grows: vec2<bool>, by_column: bool) -> vec2i {
-    let beyond = select(border - 1, border, grows);
-    return vec2i(select(cell.x, beyond.x, by_column), select(beyond.y, cell.y, by_column));
-}
-
-// The largest block that begins at a border.
+// The level of the largest block that begins at a border: its trailing zeros, down to an even number.
 fn level_at(border: i32) -> u32 {
-    return min(firstTrailingBit(u32(border)) & ~1u, light.map_top);
+    // a power of two is exact as a float, and its exponent its logarithm
+    let lowest = border & -border;
+    let zeros = (bitcast<u32>(f32(lowest)) >> 23u) - 127u;
+    return select(zeros & ~1u, 30u, border == 0);
 }
 
 // The cell that the ray is in at x, within limits.
-fn cell_at(u: vec2f, v: vec2f, w: vec2f, x: f32, least: vec2i, most: vec2i) -> vec2i {
-    let scale = 1.0 / max(at(w, x), 1e-30);
-    return clamp(vec2i(floor(vec2f(at(u, x), at(v, x)) * scale)), least, most);
+fn cell_at(u: vec2f, w: vec2f, x: f32, most: i32) -> i32 {
+    return clamp(i32(floor(at(u, x) / max(at(w, x), 1e-30))), 0, most);
 }
 
 // Where u/w passes the border at `index` with growth of the given sign.
 fn leaves(u: vec2f, w: vec2f, growth: f32, index: i32) -> f32 {
     let line = u - f32(index) * w;
     // a line without slope, or one that the ray only nears, is never passed
-    let passed = (growth > 0.0 && line.y > 0.0) || (growth < 0.0 && line.y < 0.0);
-    return select(ENDLESS, -line.x / line.y, passed);
+    return select(ENDLESS, -line.x / line.y, line.y * sign(growth) > 0.0);
 }
 
 // All of a spot's or a directional light's map.
@@ -225,6 +272,7 @@ fn walk_map(path: MapPath, piece: vec2f) {
     if outside {
         push_piece(inside.y, piece.y);
     }
+    stretch = plain_stretch();
 }
 
 // (right, down, forward) lines of a cube's face.
@@ -388,6 +436,7 @@ fn walk_seams(path: MapPath, piece: vec2f) {
         let inside = corner_seam(path, corner_signs(i), piece).piece;
         seams |= select(0u, 1u << u32(12 + i), inside.y > inside.x);
     }
+    stretch = plain_stretch();
     var seam = Seam();
     var index = 0;
     var cell = 0;
@@ -411,7 +460,7 @@ fn walk_seams(path: MapPath, piece: vec2f) {
                 }
                 x = seam.piece.x;
                 let last = select(0, i32(n) - 2, index < 12);
-                cell = cell_at(seam.u, seam.v, seam.w, x, vec2i(0), vec2i(last, 0)).x;
+                cell = cell_at(seam.u, seam.w, x, last);
                 going = true;
             }
             let growth = seam.u.y * seam.w.x - seam.u.x * seam.w.y;
@@ -440,6 +489,7 @@ fn walk_seams(path: MapPath, piece: vec2f) {
 fn walk(path: MapPath, piece: vec2f) {
     open_piece = vec2f();
     closed_count = 0;
+    stretch = plain_stretch();
     if piece.y > piece.x {
         if LIGHT != POINT {
             walk_map(path, piece);
@@ -449,7 +499,7 @@ fn walk(path: MapPath, piece: vec2f) {
             walk_cube(path, piece);
         }
     }
-    // an empty piece at the very end closes the last one
+    stretch = plain_stretch();
     if open_piece.y > open_piece.x {
         closed[1] = select(closed[1], open_piece, closed_count == 1);
         closed[0] = select(closed[0], open_piece, closed_count == 0);

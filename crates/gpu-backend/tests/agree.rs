@@ -37,7 +37,7 @@ fn traversals_agree() {
             let stage = Stage::procedural(name, (128, 128), 1.0);
             for (kind, light) in ["point", "spot", "directional"].iter().zip(stage.lights()) {
                 for surface in [MapSurface::Step, MapSurface::Linear] {
-                    for side in [2, 37, 512, 700] {
+                    for side in [37, 512] {
                     let map = stage.map(&light, side, surface);
                     let cpu = stage.traversed(&light, &map, surface);
                     let on_gpu = upload(gpu, map.as_ref().unwrap());
