@@ -6,22 +6,6 @@
 #import piece
 #import traversal
 
-// lit pieces that are kept from one walk; a ray that has more is walked again for the rest
-const KEPT: u32 = 16u;
-var<private> pieces: array<vec2f, KEPT>;
-// pieces that the walk has found, and how many of them the walks before have dealt with
-var<private> found: u32;
-var<private> dealt_with: u32;
-
-fn take_piece(x0: f32, x1: f32) {
-    // wraps around, and so is no slot, for a piece that was dealt with
-    let slot = found - dealt_with;
-    if slot < KEPT {
-        pieces[slot] = vec2f(x0, x1);
-    }
-    found += 1u;
-}
-
 @compute @workgroup_size(64)
 fn main(@builtin(workgroup_id) tile: vec3u, @builtin(local_invocation_index) index: u32) {
     let pixel = pixel_of(tile.xy, index);
@@ -39,7 +23,6 @@ fn main(@builtin(workgroup_id) tile: vec3u, @builtin(local_invocation_index) ind
     if SHADOWED {
         let path = map_path(ray);
         loop {
-            found = 0u;
             walk(path, piece);
             let kept = min(found - dealt_with, KEPT);
             for (var i = 0u; i < kept; i++) {

@@ -1,12 +1,12 @@
 // The exact lit pieces of a view ray against a map: a walk over its min-max pyramid. Nothing is sampled.
 //
-// The walk hands over every lit piece by itself: it goes on until a piece is closed, then all threads of a group
-// integrate theirs together. Some software drivers execute both sides of every branch, so nothing that costs anything
-// is inside the walk's inner loop but the walk.
+// Pieces are kept and integrated once the walk is over: some software drivers execute both sides of every branch, so
+// that nothing that costs anything may be inside the walk's loops but the walk. A ray with more pieces than are kept is
+// walked again for the rest.
 //
 // The importing pass declares what shadow_map.wgsl asks for, the texture `pyramid` (mip l holds least and greatest
-// height of blocks of 2^l cells, for every second l) and the override constant `LINEAR`; it defines
-// `take_piece(x0, x1)`, which is given every lit piece. Twins: crates/shadowmap/src/{walk,cells,traversal,seams}.rs.
+// height of blocks of 2^l cells, for every second l) and the override constant `LINEAR`. Twins:
+// crates/shadowmap/src/{walk,cells,traversal,seams}.rs.
 
 #import shadow_map
 
@@ -15,24 +15,33 @@ const LEVEL_STEP: u32 = 2u;
 // a walk visits no more blocks than this: some drivers cut loops silently at 65,535 trips
 const MOST_BLOCKS: i32 = 60000;
 
+// lit pieces that are kept from one walk
+const KEPT: u32 = 16u;
+var<private> pieces: array<vec2f, KEPT>;
+// pieces that the walk has found, and those of them that earlier walks have dealt with
+var<private> found: u32;
+var<private> dealt_with: u32;
 // the lit piece that may still go on
 var<private> open_piece: vec2f;
-// lit pieces that have ended: two at most, since one cell ends no more
-var<private> closed: array<vec2f, 2>;
-var<private> closed_count: i32;
+
+fn keep(piece: vec2f) {
+    // wraps around, and so is no slot, for a piece that was dealt with
+    let slot = found - dealt_with;
+    if slot < KEPT {
+        pieces[slot] = piece;
+    }
+    found += 1u;
+}
 
 // Adds a lit piece; one that follows the last without a gap prolongs it.
 fn push_piece(x0: f32, x1: f32) {
-    let any = x1 > x0;
-    let was_open = open_piece.y > open_piece.x;
-    let ends = any && was_open && open_piece.y != x0;
-    if ends {
-        closed[1] = select(closed[1], open_piece, closed_count == 1);
-        closed[0] = select(closed[0], open_piece, closed_count == 0);
-        closed_count += 1;
-    }
-    if any {
-        open_piece = vec2f(select(x0, open_piece.x, was_open && !ends), x1);
+    if x1 > x0 {
+        let was_open = open_piece.y > open_piece.x;
+        let joins = was_open && open_piece.y == x0;
+        if was_open && !joins {
+            keep(open_piece);
+        }
+        open_piece = vec2f(select(x0, open_piece.x, joins), x1);
     }
 }
 
@@ -50,16 +59,8 @@ struct Stretch {
 
 var<private> stretch: Stretch;
 
-// A stretch whose parameter is the distance itself.
-fn plain_stretch() -> Stretch {
-    return Stretch(0.0, 0.0, 0.0, 0.0, 1.0, 0.0);
-}
-
 // The distance of a parameter.
 fn x_of(s: f32) -> f32 {
-    if stretch.s0 > 0.0 {
-        return s;
-    }
     let near = select(1.0 - s, -s, stretch.s0 < 0.0) * stretch.inverse0;
     let far = select(s, 1.0 + s, stretch.s0 < 0.0) * stretch.inverse1;
     let x = (stretch.x0 * near + stretch.x1 * far) / (near + far);
@@ -69,13 +70,14 @@ fn x_of(s: f32) -> f32 {
     return select(select(inside, stretch.x1, s >= stretch.s0 + 1.0), before, s <= stretch.s0);
 }
 
-// Gives the ended pieces to take_piece.
-fn take_closed() {
-    for (var i = 0; i < closed_count; i++) {
-        let piece = select(closed[0], closed[1], i == 1);
-        take_piece(x_of(piece.x), x_of(piece.y));
+// Turns the pieces from slot `first` on, and the open one, into distances.
+fn leave_stretch(first: u32) {
+    let last = min(found - dealt_with, KEPT);
+    for (var i = first; i < last; i++) {
+        pieces[i] = vec2f(x_of(pieces[i].x), x_of(pieces[i].y));
     }
-    closed_count = 0;
+    let open = open_piece.y > open_piece.x;
+    open_piece = select(vec2f(), vec2f(x_of(open_piece.x), x_of(open_piece.y)), open);
 }
 
 // The root of a line within a piece.
@@ -134,8 +136,9 @@ fn walk_face(face: i32, u: vec2f, v: vec2f, w: vec2f, own: vec2f, x0: f32, x1: f
     let s1 = s0 + 1.0;
     let carries = open_piece.y > open_piece.x && open_piece.y == x0;
     if !carries && open_piece.y > open_piece.x {
-        take_piece(open_piece.x, open_piece.y);
+        keep(open_piece);
     }
+    let slot = select(0u, found - dealt_with, found > dealt_with);
     stretch = Stretch(x0, x1, inverse.x, inverse.y, s0, open_piece.x);
     // a piece that comes from before is open from the very start
     open_piece = vec2f(select(s0, s0 - 1.0, carries), s0);
@@ -152,12 +155,11 @@ fn walk_face(face: i32, u: vec2f, v: vec2f, w: vec2f, own: vec2f, x0: f32, x1: f
     var going = x1 > x0;
     loop {
         var open = open_piece;
-        var ended = vec2f();
         // a cell whose triangles decide
         var waiting = vec3i(0, 0, 0);
         var waiting_piece = vec2f();
         loop {
-            if !going || ended.y > ended.x || waiting.z == 1 {
+            if !going || waiting.z == 1 {
                 break;
             }
             trips += 1;
@@ -189,7 +191,9 @@ fn walk_face(face: i32, u: vec2f, v: vec2f, w: vec2f, own: vec2f, x0: f32, x1: f
             let any = part.y > part.x;
             let was_open = open.y > open.x;
             let joins = was_open && open.y == part.x;
-            ended = select(vec2f(), open, any && was_open && !joins);
+            if any && was_open && !joins {
+                keep(open);
+            }
             open = select(open, vec2f(select(part.x, open.x, joins), part.y), any);
             // down into the block, or over its border and up to the largest block that begins there
             let here = vec2i(floor(anchor.xy + slope.xy * s));
@@ -204,10 +208,6 @@ fn walk_face(face: i32, u: vec2f, v: vec2f, w: vec2f, own: vec2f, x0: f32, x1: f
             going = descends || (next < s1 && on_map && trips < MOST_BLOCKS);
         }
         open_piece = open;
-        if ended.y > ended.x {
-            closed[0] = ended;
-            closed_count = 1;
-        }
         if LINEAR {
             if waiting.z == 1 {
                 let nodes = cell_heights(face, waiting.x, waiting.y);
@@ -217,12 +217,11 @@ fn walk_face(face: i32, u: vec2f, v: vec2f, w: vec2f, own: vec2f, x0: f32, x1: f
                 push_triangles(nodes, du, dv, vec2f(1.0, 0.0), height, waiting_piece.x, waiting_piece.y);
             }
         }
-        take_closed();
         if !going {
             break;
         }
     }
-    open_piece = select(vec2f(), vec2f(x_of(open_piece.x), x_of(open_piece.y)), open_piece.y > open_piece.x);
+    leave_stretch(slot);
 }
 
 // The level of the largest block that begins at a border: its trailing zeros, down to an even number.
@@ -272,7 +271,6 @@ fn walk_map(path: MapPath, piece: vec2f) {
     if outside {
         push_piece(inside.y, piece.y);
     }
-    stretch = plain_stretch();
 }
 
 // (right, down, forward) lines of a cube's face.
@@ -436,60 +434,50 @@ fn walk_seams(path: MapPath, piece: vec2f) {
         let inside = corner_seam(path, corner_signs(i), piece).piece;
         seams |= select(0u, 1u << u32(12 + i), inside.y > inside.x);
     }
-    stretch = plain_stretch();
     var seam = Seam();
     var index = 0;
     var cell = 0;
     var x = 0.0;
     var going = false;
     for (var trips = 0; trips < MOST_BLOCKS; trips++) {
-        loop {
-            if closed_count > 0 || (!going && seams == 0u) || trips > MOST_BLOCKS {
-                break;
-            }
-            trips += 1;
-            if !going {
-                index = i32(firstTrailingBit(seams));
-                seams &= seams - 1u;
-                let own_strip = strip_seam(path, strip(index), piece);
-                let own_corner = corner_seam(path, corner_signs(index - 12), piece);
-                if index < 12 {
-                    seam = own_strip;
-                } else {
-                    seam = own_corner;
-                }
-                x = seam.piece.x;
-                let last = select(0, i32(n) - 2, index < 12);
-                cell = cell_at(seam.u, seam.w, x, last);
-                going = true;
-            }
-            let growth = seam.u.y * seam.w.x - seam.u.x * seam.w.y;
-            let border = select(cell, cell + 1, growth > 0.0);
-            let is_strip = index < 12;
-            let exit = select(seam.piece.y, leaves(seam.u, seam.w, growth, border), is_strip);
-            let next = clamp(exit, x, seam.piece.y);
-            var nodes = corner_heights(corner_signs(index - 12));
-            if is_strip {
-                nodes = strip_heights(strip(index), cell);
-            }
-            let u = seam.u - f32(cell) * seam.w;
-            push_triangles(nodes, u, seam.v, seam.w, vec2f(1.0, 0.0), x, next);
-            cell = select(border - 1, border, growth > 0.0);
-            x = next;
-            going = is_strip && next < seam.piece.y && cell >= 0 && cell <= i32(n) - 2;
-        }
-        take_closed();
         if !going && seams == 0u {
             break;
         }
+        if !going {
+            index = i32(firstTrailingBit(seams));
+            seams &= seams - 1u;
+            let own_strip = strip_seam(path, strip(index), piece);
+            let own_corner = corner_seam(path, corner_signs(index - 12), piece);
+            if index < 12 {
+                seam = own_strip;
+            } else {
+                seam = own_corner;
+            }
+            x = seam.piece.x;
+            cell = cell_at(seam.u, seam.w, x, select(0, i32(n) - 2, index < 12));
+            going = true;
+        }
+        let growth = seam.u.y * seam.w.x - seam.u.x * seam.w.y;
+        let border = select(cell, cell + 1, growth > 0.0);
+        let is_strip = index < 12;
+        let exit = select(seam.piece.y, leaves(seam.u, seam.w, growth, border), is_strip);
+        let next = clamp(exit, x, seam.piece.y);
+        var nodes = corner_heights(corner_signs(index - 12));
+        if is_strip {
+            nodes = strip_heights(strip(index), cell);
+        }
+        let u = seam.u - f32(cell) * seam.w;
+        push_triangles(nodes, u, seam.v, seam.w, vec2f(1.0, 0.0), x, next);
+        cell = select(border - 1, border, growth > 0.0);
+        x = next;
+        going = is_strip && next < seam.piece.y && cell >= 0 && cell <= i32(n) - 2;
     }
 }
 
-// Gives every lit piece of `piece` to take_piece.
+// Finds the lit pieces of `piece` and keeps those that were not dealt with.
 fn walk(path: MapPath, piece: vec2f) {
+    found = 0u;
     open_piece = vec2f();
-    closed_count = 0;
-    stretch = plain_stretch();
     if piece.y > piece.x {
         if LIGHT != POINT {
             walk_map(path, piece);
@@ -499,11 +487,7 @@ fn walk(path: MapPath, piece: vec2f) {
             walk_cube(path, piece);
         }
     }
-    stretch = plain_stretch();
     if open_piece.y > open_piece.x {
-        closed[1] = select(closed[1], open_piece, closed_count == 1);
-        closed[0] = select(closed[0], open_piece, closed_count == 0);
-        closed_count += 1;
+        keep(open_piece);
     }
-    take_closed();
 }
