@@ -140,87 +140,99 @@ fn walk_face(face: i32, u: vec2f, v: vec2f, w: vec2f, own: vec2f, x0: f32, x1: f
     }
     let slot = select(0u, found - dealt_with, found > dealt_with);
     stretch = Stretch(x0, x1, inverse.x, inverse.y, s0, open_piece.x);
-    // a piece that comes from before is open from the very start
-    open_piece = vec2f(select(s0, s0 - 1.0, carries), s0);
+    // lit so far, and since when: a piece that comes from before began before the stretch does
+    var was_lit = carries;
+    var since = s0 - 1.0;
 
-    let grows = slope.xy > vec2f(0.0);
-    // borders are passed at (border - anchor) per_cell; those of a coordinate that stands still, never
+    let step = select(vec2i(0), vec2i(1), slope.xy > vec2f(0.0));
+    // the border at index k is passed at k per_cell + at_first; that of a coordinate that stands still, never
     let still = abs(slope.xy) < vec2f(1e-30);
-    let per_cell = 1.0 / select(slope.xy, vec2f(1.0), still);
+    let per_cell = select(1.0 / slope.xy, vec2f(0.0), still);
+    let at_first = select(-anchor.xy * per_cell, vec2f(ENDLESS), still);
     let per_height = 1.0 / select(slope.z, 1.0, abs(slope.z) < 1e-37);
     var level = light.map_top;
     var cell = clamp(vec2i(floor(start.xy)), vec2i(0), cells - 1);
     var s = s0;
-    var trips = 0;
     var going = x1 > x0;
     loop {
-        var open = open_piece;
-        // a cell whose triangles decide
-        var waiting = vec3i(0, 0, 0);
-        var waiting_piece = vec2f();
+        // a cell whose triangles decide, and until when the ray is in it
+        var waits = false;
+        var waits_until = s;
         loop {
-            if !going || waiting.z == 1 {
+            if !going || waits {
                 break;
             }
-            trips += 1;
-            let first = (cell >> vec2u(level)) << vec2u(level);
-            let size = 1 << level;
-            let border = select(first, first + size, grows);
+            let block = cell >> vec2u(level);
+            let border = (block + step) << vec2u(level);
             // where the ray leaves the block
-            let exits = select((vec2f(border) - anchor.xy) * per_cell, vec2f(ENDLESS), still);
+            let exits = vec2f(border) * per_cell + at_first;
             let by_column = exits.x <= exits.y;
             let next = max(min(min(exits.x, exits.y), s1), s);
-            let range = textureLoad(pyramid, cell >> vec2u(level), face, level).rg;
+            let range = textureLoad(pyramid, block, face, level).rg;
             let height = anchor.z + slope.z * s;
             let height_next = anchor.z + slope.z * next;
             let lit = range.y <= min(height, height_next);
-            let dark = range.x > max(height, height_next);
-            let undecided = !lit && !dark;
+            let undecided = !lit && range.x <= max(height, height_next);
             let descends = undecided && level > 0u;
-            // the lit part: of a whole block all or nothing, of a texel up to where the ray passes its height
-            var part = vec2f(s, select(s, next, lit));
+            let passes = undecided && level == 0u;
             if LINEAR {
-                let waits = undecided && level == 0u;
-                waiting = select(waiting, vec3i(cell, 1), waits);
-                waiting_piece = select(waiting_piece, vec2f(s, next), waits);
-            } else {
-                let root = max(min((range.x - anchor.z) * per_height, next), s);
-                let crossing = select(vec2f(root, next), vec2f(s, root), range.x <= height);
-                part = select(part, crossing, undecided && level == 0u);
+                waits = passes;
+                waits_until = next;
             }
-            let any = part.y > part.x;
-            let was_open = open.y > open.x;
-            let joins = was_open && open.y == part.x;
-            if any && was_open && !joins {
-                keep(open);
+            // a texel is lit up to where the ray passes its height, or from there on
+            let root = max(min((range.x - anchor.z) * per_height, next), s);
+            let lit_before = !LINEAR && passes && range.x <= height;
+            let lit_first = lit || lit_before;
+            let lit_last = lit || (!LINEAR && passes && !lit_before);
+            let began = select(s, since, was_lit);
+            let stays = descends || (LINEAR && passes);
+            let stopped = was_lit && !lit_first && !stays;
+            if stopped || lit_before {
+                keep(vec2f(began, select(root, s, stopped)));
             }
-            open = select(open, vec2f(select(part.x, open.x, joins), part.y), any);
+            since = select(since, select(root, began, lit_first), lit_last);
+            was_lit = select(lit_last, was_lit, stays);
             // down into the block, or over its border and up to the largest block that begins there
+            let first = block << vec2u(level);
             let here = vec2i(floor(anchor.xy + slope.xy * s));
-            let inside = max(min(here, min(first + size, cells) - 1), first);
-            let beyond = select(border - 1, border, grows);
+            let inside = max(min(here, min(first + (1 << level), cells) - 1), first);
+            let beyond = border + step - 1;
             let over = vec2i(select(cell.x, beyond.x, by_column), select(beyond.y, cell.y, by_column));
-            cell = select(over, inside, descends);
-            let above = min(level_at(select(border.y, border.x, by_column)), light.map_top);
-            level = select(above, level - LEVEL_STEP, descends);
-            s = select(next, s, descends);
-            let on_map = all(vec2u(cell) < vec2u(cells));
-            going = descends || (next < s1 && on_map && trips < MOST_BLOCKS);
+            if !(LINEAR && passes) {
+                cell = select(over, inside, descends);
+                let above = min(level_at(select(border.y, border.x, by_column)), light.map_top);
+                level = select(above, level - LEVEL_STEP, descends);
+                s = select(next, s, descends);
+                going = descends || (next < s1 && all(vec2u(cell) < vec2u(cells)));
+            }
         }
-        open_piece = open;
         if LINEAR {
-            if waiting.z == 1 {
-                let nodes = cell_heights(face, waiting.x, waiting.y);
-                let du = vec2f(anchor.x - f32(waiting.x), slope.x);
-                let dv = vec2f(anchor.y - f32(waiting.y), slope.y);
-                let height = vec2f(anchor.z, slope.z);
-                push_triangles(nodes, du, dv, vec2f(1.0, 0.0), height, waiting_piece.x, waiting_piece.y);
+            if waits {
+                open_piece = select(vec2f(), vec2f(since, s), was_lit);
+                let nodes = cell_heights(face, cell.x, cell.y);
+                let du = vec2f(anchor.x - f32(cell.x), slope.x);
+                let dv = vec2f(anchor.y - f32(cell.y), slope.y);
+                push_triangles(nodes, du, dv, vec2f(1.0, 0.0), vec2f(anchor.z, slope.z), s, waits_until);
+                was_lit = open_piece.y > open_piece.x && open_piece.y == waits_until;
+                if open_piece.y > open_piece.x && !was_lit {
+                    keep(open_piece);
+                }
+                since = open_piece.x;
+                let border = cell + step;
+                let exits = vec2f(border) * per_cell + at_first;
+                let by_column = exits.x <= exits.y;
+                let beyond = border + step - 1;
+                cell = vec2i(select(cell.x, beyond.x, by_column), select(beyond.y, cell.y, by_column));
+                level = min(level_at(select(border.y, border.x, by_column)), light.map_top);
+                s = waits_until;
+                going = s < s1 && all(vec2u(cell) < vec2u(cells));
             }
         }
         if !going {
             break;
         }
     }
+    open_piece = select(vec2f(), vec2f(since, s1), was_lit);
     leave_stretch(slot);
 }
 
