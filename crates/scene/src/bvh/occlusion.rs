@@ -24,7 +24,7 @@ impl<'a> BvhVisibility<'a> {
 
 /// Whether the segment from `origin` over `direction`·(0, far) meets the triangle.
 #[inline]
-fn blocks(triangle: &Triangle, origin: Vec3, direction: Vec3, far: f32) -> bool {
+pub(super) fn blocks(triangle: &Triangle, origin: Vec3, direction: Vec3, far: f32) -> bool {
     let [a, b, c] = triangle.corners;
     let (e1, e2) = (b - a, c - a);
     let p = direction.cross(e2);
