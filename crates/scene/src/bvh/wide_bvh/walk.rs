@@ -3,10 +3,7 @@
 use glam::Vec3;
 
 use super::{WideBvh, WideNode};
-use crate::bvh::occlusion::blocks;
-
-/// Smallest component of a direction relative to its largest: below, the ray moves by less than any rounding.
-const MIN_COMPONENT: f32 = 1e-18;
+use crate::bvh::occlusion::{blocks, inverse};
 
 /// A ray prepared for box tests.
 struct Slabs {
@@ -16,14 +13,6 @@ struct Slabs {
 }
 
 impl Slabs {
-    /// `None` for a direction of no length, which nothing blocks.
-    fn new(origin: Vec3, direction: Vec3, far: f32) -> Option<Self> {
-        let least = MIN_COMPONENT * direction.abs().max_element();
-        let kept = |d: f32| 1.0 / if d.abs() < least { least.copysign(d) } else { d };
-        let inverse = Vec3::from_array(direction.to_array().map(kept));
-        (least > 0.0).then_some(Self { origin, inverse, far })
-    }
-
     /// The children that the ray meets: bit 24 + *i* for child *i* that is a node, below the bits of its triangles.
     fn hits(&self, node: &WideNode) -> u32 {
         // per axis where the ray is at the grid's origin, one step of the grid, and the growth; in lengths of the
@@ -45,8 +34,8 @@ impl Slabs {
                 far = far.min(b * step + (start + grow));
             }
             if near <= far {
-                let meta = u32::from(node.meta[child]);
-                hits |= (meta >> 5) << (meta & 31);
+                let contents = u32::from(node.contents[child]);
+                hits |= (contents >> 5) << (contents & 31);
             }
         }
         hits
@@ -57,10 +46,10 @@ impl WideBvh {
     /// Whether a triangle lies between `origin` and `origin + far·direction`; as [`Bvh::blocked`](crate::Bvh::blocked)
     /// answers it, and in the steps in which a GPU does.
     pub fn blocked(&self, origin: Vec3, direction: Vec3, far: f32) -> bool {
-        let Some(slabs) = Slabs::new(origin, direction, far) else { return false };
-        if self.nodes.is_empty() {
+        if self.nodes.is_empty() || direction == Vec3::ZERO {
             return false;
         }
+        let slabs = Slabs { origin, inverse: inverse(direction), far };
         let mut stack = [(0_u32, 0_u32); Self::STACK];
         let mut depth = 0;
         // index of the first child that is a node; the children to visit in the upper byte, all that are nodes in the
@@ -184,18 +173,18 @@ mod tests {
         let mut held = 0;
         let mut inner = node.first_child as usize;
         for child in 0..8 {
-            let meta = node.meta[child];
-            if meta == 0 {
+            let contents = node.contents[child];
+            if contents == 0 {
                 continue;
             }
             if node.inner & (1 << child) != 0 {
-                assert_eq!(usize::from(meta), 0b0010_0000 + 24 + child);
+                assert_eq!(usize::from(contents), 0b0010_0000 + 24 + child);
                 held += self::held(wide, inner);
                 inner += 1;
                 continue;
             }
-            let first = (node.first_triangle + u32::from(meta & 31)) as usize;
-            let count = (meta >> 5).count_ones() as usize;
+            let first = (node.first_triangle + u32::from(contents & 31)) as usize;
+            let count = (contents >> 5).count_ones() as usize;
             for corner in wide.triangles[first..first + count].iter().flat_map(|t| t.corners) {
                 for axis in 0..3 {
                     let step = f64::from(f32::from_bits(u32::from(node.exponents[axis]) << 23));
