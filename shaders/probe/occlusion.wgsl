@@ -1,7 +1,7 @@
 // Answers for an array of rays whether a triangle blocks them: for tests, and to measure rays per second.
 //
-// In: the hierarchy (GpuBvh), rays (Ray, 32 bytes each), how many of them count. Out: 1 for a blocked ray, 0 for a free
-// one. Twin: crates/gpu-backend/src/bvh/probe.rs.
+// In: the hierarchy (GpuBvh), rays (Ray, 32 bytes each). Out: 1 for a blocked ray, 0 for a free one.
+// Twin: crates/gpu-backend/src/bvh/probe.rs.
 
 #import bvh
 
@@ -19,7 +19,6 @@ struct Ray {
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u) {
-    // past the last ray of a dispatch lie old ones, whose answers nobody reads
     if id.x >= arrayLength(&rays) {
         return;
     }

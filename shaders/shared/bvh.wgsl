@@ -27,7 +27,7 @@ struct BvhNode {
     exponents: u32,      // bytes 0 to 2: exponent bits of the grid's step per axis; byte 3: bit i for a child that is a node
     first_child: u32,    // index of the first child that is a node; the others follow
     first_triangle: u32, // index of the first triangle of the children that are leaves
-    meta: vec2u,         // byte per child: as many ones as triangles << 5 | first triangle; 1 << 5 | 24 + i for a node
+    contents: vec2u,         // byte per child: as many ones as triangles << 5 | first triangle; 1 << 5 | 24 + i for a node
     min_x: vec2u,        // byte per child: smallest corner on the grid
     max_x: vec2u,        // byte per child: largest corner
     min_y: vec2u,
@@ -62,9 +62,9 @@ fn bvh_inverse(direction: vec3f, longest: f32) -> vec3f {
 fn bvh_slabs(node_origin: vec3f, exponents: u32, origin: vec3f, inverse: vec3f) -> BvhSlabs {
     let bits = (vec3u(exponents) >> vec3u(0u, 8u, 16u)) & vec3u(255u);
     let scale = bitcast<vec3f>(bits << vec3u(23u));
-    let from = node_origin - origin;
-    let grow = BVH_GROWTH * (abs(from) + 255.0 * scale) * abs(inverse);
-    let start = from * inverse;
+    let offset = node_origin - origin;
+    let grow = BVH_GROWTH * (abs(offset) + 255.0 * scale) * abs(inverse);
+    let start = offset * inverse;
     return BvhSlabs(start - grow, start + grow, scale * inverse);
 }
 
@@ -74,7 +74,7 @@ fn bvh_bytes(word: u32) -> vec4u {
 
 // The children among four whose boxes the ray meets: bit 24 + i for child i that is a node, below the bits of its
 // triangles. The words hold the planes through which the ray enters and leaves per axis.
-fn bvh_four_hits(slabs: BvhSlabs, enter: vec3u, leave: vec3u, meta_word: u32, far: f32) -> u32 {
+fn bvh_four_hits(slabs: BvhSlabs, enter: vec3u, leave: vec3u, contents_word: u32, far: f32) -> u32 {
     let enter_x = vec4f(bvh_bytes(enter.x)) * slabs.step.x + slabs.near.x;
     let enter_y = vec4f(bvh_bytes(enter.y)) * slabs.step.y + slabs.near.y;
     let enter_z = vec4f(bvh_bytes(enter.z)) * slabs.step.z + slabs.near.z;
@@ -83,8 +83,8 @@ fn bvh_four_hits(slabs: BvhSlabs, enter: vec3u, leave: vec3u, meta_word: u32, fa
     let leave_z = vec4f(bvh_bytes(leave.z)) * slabs.step.z + slabs.far.z;
     let first = max(max(enter_x, enter_y), max(enter_z, vec4f(0.0)));
     let last = min(min(leave_x, leave_y), min(leave_z, vec4f(far)));
-    let meta_bytes = bvh_bytes(meta_word);
-    let bits = select(vec4u(0u), (meta_bytes >> vec4u(5u)) << (meta_bytes & vec4u(31u)), first <= last);
+    let contents_bytes = bvh_bytes(contents_word);
+    let bits = select(vec4u(0u), (contents_bytes >> vec4u(5u)) << (contents_bytes & vec4u(31u)), first <= last);
     return bits.x | bits.y | bits.z | bits.w;
 }
 
@@ -99,10 +99,10 @@ fn bvh_hits(node: BvhNode, origin: vec3f, inverse: vec3f, far: f32) -> u32 {
     let enter_z = select(node.min_z, node.max_z, backward.z);
     let leave_z = select(node.max_z, node.min_z, backward.z);
     let low = bvh_four_hits(
-        slabs, vec3u(enter_x.x, enter_y.x, enter_z.x), vec3u(leave_x.x, leave_y.x, leave_z.x), node.meta.x, far,
+        slabs, vec3u(enter_x.x, enter_y.x, enter_z.x), vec3u(leave_x.x, leave_y.x, leave_z.x), node.contents.x, far,
     );
     let high = bvh_four_hits(
-        slabs, vec3u(enter_x.y, enter_y.y, enter_z.y), vec3u(leave_x.y, leave_y.y, leave_z.y), node.meta.y, far,
+        slabs, vec3u(enter_x.y, enter_y.y, enter_z.y), vec3u(leave_x.y, leave_y.y, leave_z.y), node.contents.y, far,
     );
     return low | high;
 }
@@ -116,9 +116,9 @@ fn bvh_blocks(triangle: BvhTriangle, origin: vec3f, direction: vec3f, far: f32) 
         return false;
     }
     let inverse = 1.0 / determinant;
-    let from = origin - triangle.corner;
-    let q = cross(from, triangle.edge1);
-    let u = dot(from, p) * inverse;
+    let offset = origin - triangle.corner;
+    let q = cross(offset, triangle.edge1);
+    let u = dot(offset, p) * inverse;
     let v = dot(direction, q) * inverse;
     let t = dot(triangle.edge2, q) * inverse;
     return u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t > 0.0 && t < far;
@@ -161,10 +161,11 @@ fn occluded(origin: vec3f, direction: vec3f, far: f32) -> bool {
         group = vec2u(bvh_nodes[index].first_child, (hits & 0xff000000u) | (bvh_nodes[index].exponents >> 24u));
         if (group.y >> 24u) == 0u {
             if depth == 0u {
-                return false;
+                break;
             }
             depth--;
             group = stack[depth];
         }
     }
+    return false;
 }

@@ -21,10 +21,10 @@ macro_rules! files {
 }
 
 /// Files that others import: pure functions and structs, no bindings.
-pub const SHARED: &[File] = files!["shared/airlight", "shared/elementary"];
+pub const SHARED: &[File] = files!["shared/airlight", "shared/bvh", "shared/elementary"];
 
 /// Passes: one entry point each.
-pub const PASSES: &[File] = files!["probe/airlight"];
+pub const PASSES: &[File] = files!["probe/airlight", "probe/occlusion"];
 
 /// The text of a pass with everything that it imports in front.
 ///

@@ -31,7 +31,7 @@ pub struct WideNode {
     pub first_triangle: u32,
     /// Per child, in the upper three bits, as many ones as it has triangles (1 for a node, 0 for nothing); in the lower
     /// five its first triangle, counted from `first_triangle` and below 24, or 24 + *i* for a node.
-    pub meta: [u8; 8],
+    pub contents: [u8; 8],
     /// Smallest corners of the children on the grid, by axis, then child.
     pub min: [[u8; 8]; 3],
     /// Largest corners.
@@ -130,7 +130,7 @@ fn plain(node: &CwBvhNode) -> WideNode {
         inner: node.imask,
         first_child: node.child_base_idx,
         first_triangle: node.primitive_base_idx,
-        meta: node.child_meta,
+        contents: node.child_meta,
         min: [node.child_min_x, node.child_min_y, node.child_min_z],
         max: [node.child_max_x, node.child_max_y, node.child_max_z],
     }
