@@ -9,9 +9,12 @@
 // as crates/gpu-backend/src/bvh uploads them; a scene without triangles is one node without children.
 // Out: whether something lies in the way. Twin: crates/scene/src/bvh/wide_bvh/walk.rs.
 //
-// A walk visits each node once at most and tests each of its triangles once, and the loops take no other trip: hundreds
-// for a ray through a common scene. Software drivers that end a loop after 65,535 trips matter only where a ray meets the
-// boxes of tens of thousands of triangles.
+// Children are visited in the order of their slots. Sorting them by the ray's octant, as the paper does for the nearest
+// hit, saves a shadow ray nothing along random ways and 9 % of its nodes at best on the way to a light.
+//
+// A walk visits each node once at most and tests each of its triangles once, and the loops take no other trip: 5 to 7
+// on average and 107 at most for 100,000 rays through a hall and a street. Software drivers that end a loop after
+// 65,535 trips matter only where a ray meets the boxes of tens of thousands of triangles.
 
 // WideBvh::STACK: no hierarchy that is uploaded needs more
 const BVH_STACK: u32 = 32u;
@@ -24,10 +27,10 @@ const BVH_MIN_DETERMINANT: f32 = 1.2e-38;
 
 struct BvhNode {
     origin: vec3f,       // smallest corner of the grid; units: m
-    exponents: u32,      // bytes 0 to 2: exponent bits of the grid's step per axis; byte 3: bit i for a child that is a node
+    exponents: u32,      // bytes 0 to 2: exponent bits of the grid's step per axis; byte 3: bit i if child i is a node
     first_child: u32,    // index of the first child that is a node; the others follow
     first_triangle: u32, // index of the first triangle of the children that are leaves
-    contents: vec2u,         // byte per child: as many ones as triangles << 5 | first triangle; 1 << 5 | 24 + i for a node
+    contents: vec2u,     // byte per child: a one per triangle << 5 | its first triangle, or for a node 1 << 5 | 24 + i
     min_x: vec2u,        // byte per child: smallest corner on the grid
     max_x: vec2u,        // byte per child: largest corner
     min_y: vec2u,
@@ -136,8 +139,8 @@ fn occluded(origin: vec3f, direction: vec3f, far: f32) -> bool {
     let inverse = bvh_inverse(direction, longest);
     var stack: array<vec2u, BVH_STACK>;
     var depth = 0u;
-    // index of the first child that is a node; the children to visit in the upper byte, all that are nodes in the lower;
-    // at first the root alone
+    // index of the first child that is a node; the children to visit in the upper byte, all that are nodes in the
+    // lower; at first the root alone
     var group = vec2u(0u, 1u << 24u);
     loop {
         let slot = firstTrailingBit(group.y >> 24u);

@@ -3,6 +3,8 @@
 //! Both work in `f32`, each with its own rounding, and may differ only where rounding decides: for every ray on which they
 //! do, no triangle is hit for certain, and one is hit or missed by a hair. What is certain is asked in `f64`.
 
+#![expect(clippy::unwrap_used, reason = "test code")]
+
 use std::time::Duration;
 
 use glam::{DVec3, Vec3};

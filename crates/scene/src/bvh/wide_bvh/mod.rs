@@ -41,13 +41,13 @@ pub struct WideNode {
 /// A compressed wide hierarchy over all triangles of a scene, for shadow rays on the GPU.
 ///
 /// ```
-/// # #[cfg(feature = "procedural")] {
 /// use glam::Vec3;
+/// use scene::{Mesh, Scene, WideBvh};
 ///
-/// let scene = scene::procedural::generate("sphere").unwrap();
-/// let bvh = scene::WideBvh::build(&scene)?;
-/// assert!(bvh.blocked(Vec3::new(0.0, 0.0, -9.0), Vec3::Z, 1e9));
-/// # }
+/// let wall = Mesh::new(vec![Vec3::Z, Vec3::X + Vec3::Z, Vec3::Y + Vec3::Z], vec![[0, 1, 2]], 0)?;
+/// let bvh = WideBvh::build(&Scene { meshes: vec![wall], ..Scene::default() })?;
+/// assert!(bvh.blocked(Vec3::new(0.3, 0.2, 0.0), Vec3::Z, 2.0));
+/// assert!(!bvh.blocked(Vec3::new(0.3, 0.2, 0.0), Vec3::Z, 0.5));
 /// # Ok::<(), scene::SceneError>(())
 /// ```
 #[derive(Debug, Clone, Default)]
