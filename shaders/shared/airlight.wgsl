@@ -9,7 +9,6 @@
 
 #import elementary
 #import phase
-#import view
 
 // see media-math's Real for f32
 const MIN_RELATIVE_H: f32 = 1e-15;

@@ -3,6 +3,8 @@
 // Builtin atan may err by thousands of ULP, log by 2^-21 near 1, sin and cos by 2^-11; exp, sqrt and division are good
 // enough and are used as they are. Twin: crates/media-math takes these from the standard library.
 
+// length of a ray without end; not infinity, which WGSL may assume away
+const ENDLESS: f32 = 1e30;
 const PI: f32 = 3.14159265;
 const HALF_PI: f32 = 1.57079633;
 

@@ -1,6 +1,6 @@
 // A light as a view sees it: where it is, how it shines, and which part of a view ray it reaches at all.
 //
-// Twins: crates/gpu-backend/src/layout/light.rs (layout), crates/scene/src/{light,cone}.rs and
+// The importing pass declares the uniforms `view` and `light`. Twins: crates/gpu-backend/src/layout/light.rs (layout), crates/scene/src/{light,cone}.rs and
 // crates/hybrid-march/src/extent.rs (functions).
 
 #import view

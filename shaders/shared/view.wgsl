@@ -2,10 +2,9 @@
 //
 // Vectors are in the camera's own basis (right, up, forward) with the eye at the origin, so that nothing is lost to
 // the scene's place in the world; those marked "world axes" are not rotated, but start at the eye as well.
-// Twin: crates/gpu-backend/src/layout/view.rs.
+// The importing pass declares the uniform `view`. Twin: crates/gpu-backend/src/layout/view.rs.
 
-// R1 - R0 of a ray without end, and its length; not infinity, which WGSL may assume away
-const ENDLESS: f32 = 1e30;
+#import elementary
 
 struct View {
     forward: vec3f,          // world axes

@@ -36,21 +36,32 @@ pub(crate) fn prepared<T>(
     caught(device, work).map_err(|reason| PrepareError::Device { what, reason })
 }
 
-/// Waits for the device and copies a buffer that was made to be mapped.
-pub(crate) fn read_buffer(
+/// Waits for the device and copies the first `bytes` of a buffer that was made to be mapped, which is then free for the
+/// next copy.
+pub(crate) fn read_buffer<T: bytemuck::Pod>(
     device: &wgpu::Device,
     buffer: &wgpu::Buffer,
+    bytes: u64,
     what: &'static str,
-) -> Result<Vec<u8>, ReadError> {
+) -> Result<Vec<T>, ReadError> {
     let failed = |reason: String| ReadError::Device { what, reason };
     let (sender, receiver) = std::sync::mpsc::channel();
-    buffer.map_async(wgpu::MapMode::Read, .., move |result| {
+    buffer.map_async(wgpu::MapMode::Read, ..bytes, move |result| {
         // nobody waits any more if the receiver is gone
         let _ = sender.send(result);
     });
     device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| failed(e.to_string()))?;
     receiver.recv().map_err(|e| failed(e.to_string()))?.map_err(|e| failed(e.to_string()))?;
-    let bytes = buffer.get_mapped_range(..).map_err(|e| failed(e.to_string()))?.to_vec();
+    let view = buffer.get_mapped_range(..bytes).map_err(|e| failed(e.to_string()))?;
+    let values = bytemuck::pod_collect_to_vec(&view);
+    drop(view);
     buffer.unmap();
-    Ok(bytes)
+    Ok(values)
+}
+
+/// [`PrepareError::TooLarge`] if a storage buffer of `needed` bytes is more than the device allows.
+pub(crate) fn check_size(device: &wgpu::Device, what: &'static str, needed: u64) -> Result<(), PrepareError> {
+    let limits = device.limits();
+    let limit = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+    if needed > limit { Err(PrepareError::TooLarge { what, needed, limit, unit: "bytes" }) } else { Ok(()) }
 }

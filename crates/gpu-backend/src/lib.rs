@@ -3,7 +3,7 @@
 //! Two ways in. A renderer that has its own device adds fog in four calls: [`Fog::new`], then for every frame
 //! [`Fog::prepare`], [`Fog::encode`] and [`Fog::composite`]; it hands over its depth buffer and its shadow maps with a type
 //! that names their convention. Without a renderer, [`GpuContext::headless`] opens a device and [`Fog::read_airlight`]
-//! gives the picture.
+//! gives the picture. Shadow rays through a hierarchy are traced by [`GpuBvh`] and [`OcclusionProbe`].
 //!
 //! ```no_run
 //! use glam::Vec3;
@@ -38,6 +38,7 @@
 //! panics on a missing adapter, a lost device or a texture that is too large: each stage has its own error type.
 //! Results are radiance in W/(m²·sr), linear, three channels, row 0 at the top.
 
+mod bvh;
 mod capabilities;
 mod checked;
 mod context;
@@ -50,6 +51,7 @@ mod probe;
 pub mod shader;
 mod stats;
 
+pub use bvh::{GpuBvh, OcclusionProbe, ShadowRay, Traced};
 pub use capabilities::{Capabilities, optional_features, required_features, required_limits};
 pub use context::{DeviceFeatures, GpuContext, software_or_hardware};
 pub use error::{ContextError, CreateError, GpuError, PrepareError, ReadError};

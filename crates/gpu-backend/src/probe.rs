@@ -5,7 +5,7 @@
 use bytemuck::{Pod, Zeroable};
 use wgpu::util::DeviceExt;
 
-use crate::checked::{created, prepared, read_buffer};
+use crate::checked::{check_size, created, prepared, read_buffer};
 use crate::{CreateError, GpuContext, GpuError, PrepareError, shader};
 
 const PASS: &str = "probe/airlight";
@@ -109,21 +109,19 @@ impl<'a> AirlightProbe<'a> {
             intervals.push([0.0; 2]);
         }
         let size = (size_of::<f32>() * problems.len()) as u64;
-        let limits = self.gpu.device.limits();
-        let limit = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
         for (what, needed) in [
             ("the problems' buffer", size_of_val(packed.as_slice()) as u64),
             ("the intervals' buffer", size_of_val(intervals.as_slice()) as u64),
         ] {
-            if needed > limit {
-                return Err(PrepareError::TooLarge { what, needed, limit, unit: "bytes" }.into());
-            }
+            check_size(&self.gpu.device, what, needed)?;
         }
         let groups = (problems.len() as u32).div_ceil(WORKGROUP);
-        let most = limits.max_compute_workgroups_per_dimension;
+        let most = self.gpu.device.limits().max_compute_workgroups_per_dimension;
         if groups > most {
             let (needed, limit) = (u64::from(groups), u64::from(most));
-            return Err(PrepareError::TooLarge { what: "the dispatch", needed, limit, unit: "workgroups" }.into());
+            return Err(
+                PrepareError::TooLarge { what: "the dispatch", needed, limit, unit: "workgroups" }.into()
+            );
         }
         let device = &self.gpu.device;
         let readback = prepared(device, PASS, || {
@@ -171,7 +169,7 @@ impl<'a> AirlightProbe<'a> {
             self.gpu.queue.submit([encoder.finish()]);
             readback
         })?;
-        Ok(bytemuck::pod_collect_to_vec(&read_buffer(device, &readback, PASS)?))
+        Ok(read_buffer(device, &readback, size, PASS)?)
     }
 }
 

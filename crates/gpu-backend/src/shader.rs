@@ -25,6 +25,7 @@ pub const SHARED: &[File] = files![
     "shared/airlight",
     "shared/bindings",
     "shared/bindings_view",
+    "shared/bvh",
     "shared/elementary",
     "shared/light",
     "shared/medium_path",
@@ -43,6 +44,7 @@ pub const PASSES: &[File] = files![
     "map/heights",
     "map/pyramid",
     "probe/airlight",
+    "probe/occlusion",
     "scatter/exact",
     "scatter/march",
     "scatter/march_varying",
@@ -118,7 +120,13 @@ mod tests {
             validator
                 .validate(&module)
                 .unwrap_or_else(|e| panic!("{}: {}", pass.name, e.emit_to_string(&text)));
-            assert_eq!(module.entry_points.len(), 1, "{} has not one entry point", pass.name);
+            let stages: Vec<naga::ShaderStage> = module.entry_points.iter().map(|e| e.stage).collect();
+            let drawn = [naga::ShaderStage::Vertex, naga::ShaderStage::Fragment];
+            assert!(
+                stages == [naga::ShaderStage::Compute] || stages == drawn,
+                "{} has the entry points {stages:?}",
+                pass.name
+            );
         }
     }
 

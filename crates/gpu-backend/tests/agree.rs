@@ -38,13 +38,13 @@ fn traversals_agree() {
             for (kind, light) in ["point", "spot", "directional"].iter().zip(stage.lights()) {
                 for surface in [MapSurface::Step, MapSurface::Linear] {
                     for side in [37, 512] {
-                    let map = stage.map(&light, side, surface);
-                    let cpu = stage.traversed(&light, &map, surface);
-                    let on_gpu = upload(gpu, map.as_ref().unwrap());
-                    let technique = Technique::ExactShadowMap { surface };
-                    let got = stage.on_gpu(gpu, &mut fog, &light, Some(&on_gpu), technique);
-                    let (rmse, p99) = compare(&got, &cpu);
-                    println!("{name} {kind} {surface:?} {side}: rel_rmse {rmse:.2e} p99 {p99:.2e}");
+                        let map = stage.map(&light, side, surface);
+                        let cpu = stage.traversed(&light, &map, surface);
+                        let on_gpu = upload(gpu, map.as_ref().unwrap());
+                        let technique = Technique::ExactShadowMap { surface };
+                        let got = stage.on_gpu(gpu, &mut fog, &light, Some(&on_gpu), technique);
+                        let (rmse, p99) = compare(&got, &cpu);
+                        println!("{name} {kind} {surface:?} {side}: rel_rmse {rmse:.2e} p99 {p99:.2e}");
                     }
                 }
             }

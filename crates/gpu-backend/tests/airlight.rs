@@ -1,21 +1,10 @@
 //! The airlight integral on the GPU against the reference cases with proven digits.
 
-use gpu_backend::{AirlightProbe, GpuContext, GpuError, PrepareError, Problem};
-use serde::Deserialize;
+mod common;
 
-/// A device, or `None` with a line that says so; with `REQUIRE_GPU` set its absence fails the test.
-#[expect(clippy::print_stdout, reason = "a test that does not run says so")]
-fn gpu() -> Option<GpuContext> {
-    let adapter = std::env::var("AIRLIGHT_ADAPTER").ok();
-    match GpuContext::headless(adapter.as_deref()) {
-        Ok(gpu) => Some(gpu),
-        Err(error) => {
-            assert!(std::env::var_os("REQUIRE_GPU").is_none(), "REQUIRE_GPU is set, but: {error}");
-            println!("GPU test did not run: {error}");
-            None
-        }
-    }
-}
+use common::gpu;
+use gpu_backend::{AirlightProbe, GpuError, PrepareError, Problem};
+use serde::Deserialize;
 
 #[derive(Deserialize)]
 struct File {
@@ -89,5 +78,8 @@ fn nothing_and_too_much_are_no_panic() {
     let problem = Problem { sigma_s: 0.1, sigma_t: 0.1, intensity: 1.0, x_foot: 1.0, h: 1.0, g: 0.0 };
     assert_eq!(probe.evaluate(&[(problem, vec![])]).unwrap(), [0.0]);
     let many = vec![[0.0_f32, 1.0]; 1 << 25];
-    assert!(matches!(probe.evaluate(&[(problem, many)]), Err(GpuError::Prepare(PrepareError::TooLarge { .. }))));
+    assert!(matches!(
+        probe.evaluate(&[(problem, many)]),
+        Err(GpuError::Prepare(PrepareError::TooLarge { .. }))
+    ));
 }

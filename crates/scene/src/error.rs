@@ -25,4 +25,12 @@ pub enum SceneError {
     /// The scene has more triangles than a 32-bit index reaches.
     #[error("the scene has {0} triangles; at most 2^31 can be indexed")]
     TooManyTriangles(usize),
+    /// Coordinates too large for the arithmetic of shadow rays in `f32`.
+    #[error("the scene reaches {largest} m from the origin; the wide hierarchy takes at most {most} m")]
+    TooWide {
+        /// Largest coordinate of the scene; units: m.
+        largest: f32,
+        /// Largest that is taken; units: m.
+        most: f32,
+    },
 }

@@ -5,7 +5,7 @@
 //! | feature | gives |
 //! | --- | --- |
 //! | `gltf` | [`import`]: glTF 2.0 (`.glb`, `.gltf`) with cameras, lights, media and light textures |
-//! | `bvh` | [`Bvh`]: hierarchy over the triangles; nearest hit, shadow rays, and the triangles near a plane region |
+//! | `bvh` | [`Bvh`]: hierarchy over the triangles; nearest hit, shadow rays, and the triangles near a plane region; [`WideBvh`], the form for GPUs |
 //! | `procedural` | [`procedural`]: generated scenes of the papers' triangle counts |
 //!
 //! ```
@@ -54,7 +54,7 @@ mod visibility;
 
 pub use aabb::Aabb;
 #[cfg(feature = "bvh")]
-pub use bvh::{Bvh, BvhVisibility, Hit, PlaneRegion, Triangle};
+pub use bvh::{Bvh, BvhVisibility, Hit, PlaneRegion, Triangle, WideBvh, WideNode};
 pub use camera::Camera;
 pub use error::SceneError;
 pub use light::{DirectionalLight, Light, LightId, LightTexture, PointLight, SpotLight, TextureFilter};

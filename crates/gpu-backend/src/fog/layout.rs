@@ -55,8 +55,7 @@ impl StandIns {
                 usage: wgpu::TextureUsages::TEXTURE_BINDING,
                 view_formats: &[],
             });
-            texture
-                .create_view(&wgpu::TextureViewDescriptor { dimension: Some(view), ..Default::default() })
+            texture.create_view(&wgpu::TextureViewDescriptor { dimension: Some(view), ..Default::default() })
         };
         Self {
             flat: view(wgpu::TextureDimension::D2, wgpu::TextureViewDimension::D2),

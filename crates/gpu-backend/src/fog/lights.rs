@@ -16,8 +16,7 @@ use crate::layout::{Basis, LightUniform};
 
 /// Checks that every map can serve its light.
 pub(super) fn check_maps(frame: &Frame<'_>) -> Result<(), PrepareError> {
-    let variance =
-        matches!(frame.technique, Technique::BruteForce { lookup: Lookup::Variance, .. });
+    let variance = matches!(frame.technique, Technique::BruteForce { lookup: Lookup::Variance, .. });
     for (index, lamp) in frame.lamps.iter().enumerate() {
         let Some(shadows) = lamp.shadows else { continue };
         let projection = shadows.map.projection().kind();
@@ -50,12 +49,7 @@ pub(super) fn surface(variant: &Variant) -> MapSurface {
 }
 
 /// A light's uniform for one view.
-pub(super) fn uniform(
-    device: &wgpu::Device,
-    frame: &Frame<'_>,
-    work: &Work,
-    basis: &Basis,
-) -> LightUniform {
+pub(super) fn uniform(device: &wgpu::Device, frame: &Frame<'_>, work: &Work, basis: &Basis) -> LightUniform {
     let Some(lamp) = work.lamp.map(|index| &frame.lamps[index]) else {
         // the medium's own glow: no light
         let mut uniform: LightUniform = bytemuck::Zeroable::zeroed();
@@ -66,9 +60,8 @@ pub(super) fn uniform(
     (uniform.samples, uniform.kernel) = (work.samples, work.kernel);
     if let Some(shadows) = lamp.shadows {
         let map = shadows.map;
-        uniform = uniform
-            .with_occluders(basis, &shadows.casters)
-            .with_map(basis, map.projection(), map.size());
+        uniform =
+            uniform.with_occluders(basis, &shadows.casters).with_map(basis, map.projection(), map.size());
         uniform.outside = u32::from(map.outside() == Outside::Lit);
         if let Some(moments) = map.moments() {
             uniform.variance[..3].copy_from_slice(&moments.parameters);
@@ -189,11 +182,7 @@ fn upload(
     prepared(device, "the light texture", || {
         let texture = device.create_texture(&wgpu::TextureDescriptor {
             label: Some("light texture"),
-            size: wgpu::Extent3d {
-                width: picture.width,
-                height: picture.height,
-                depth_or_array_layers: 1,
-            },
+            size: wgpu::Extent3d { width: picture.width, height: picture.height, depth_or_array_layers: 1 },
             mip_level_count: 1,
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,

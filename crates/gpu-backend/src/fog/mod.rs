@@ -169,7 +169,16 @@ impl Fog {
                 None => Targets::new(device, view.size)?,
             };
             let state = self.view_passes(
-                device, queue, frame, view, targets, &work, &grid, &pictures, &mut passes, &mut stats,
+                device,
+                queue,
+                frame,
+                view,
+                targets,
+                &work,
+                &grid,
+                &pictures,
+                &mut passes,
+                &mut stats,
             )?;
             views.push(state);
         }
@@ -294,9 +303,8 @@ impl Fog {
                 usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
                 mapped_at_creation: false,
             });
-            let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor {
-                label: Some("airlight readback"),
-            });
+            let mut encoder = device
+                .create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("airlight readback") });
             encoder.copy_texture_to_buffer(
                 texture.as_image_copy(),
                 wgpu::TexelCopyBufferInfo {
@@ -313,7 +321,7 @@ impl Fog {
             readback
         })
         .map_err(|reason| ReadError::Device { what, reason })?;
-        let bytes = read_buffer(device, &readback, what)?;
+        let bytes: Vec<u8> = read_buffer(device, &readback, u64::from(stride) * u64::from(height), what)?;
         let mut pixels = Vec::with_capacity(width as usize * height as usize);
         for row in bytes.chunks_exact(stride as usize) {
             let row: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&row[..16 * width as usize]);
@@ -335,8 +343,7 @@ impl Fog {
     fn scatter_pipeline(&mut self, device: &wgpu::Device, variant: Variant) -> Result<(), CreateError> {
         if !self.scatter.contains_key(&variant) {
             let layouts = [&self.layouts.view, &self.layouts.light];
-            let pipeline =
-                compute_pipeline(device, variant.shader.name(), &layouts, &variant.constants())?;
+            let pipeline = compute_pipeline(device, variant.shader.name(), &layouts, &variant.constants())?;
             self.scatter.insert(variant, pipeline);
         }
         Ok(())
@@ -431,9 +438,8 @@ impl Fog {
                     let mut light = lights::uniform(device, frame, work, &basis);
                     (light.first_sample, light.end_sample) = (first, end);
                     light.adds = u32::from(done > 0);
-                    let light_group = lights::group(
-                        device, &self.layouts, &self.stand_ins, frame, work, &light, pictures,
-                    );
+                    let light_group =
+                        lights::group(device, &self.layouts, &self.stand_ins, frame, work, &light, pictures);
                     let entries = [
                         (0, uniform.as_entire_binding()),
                         (1, wgpu::BindingResource::TextureView(&ray_ends)),

@@ -119,10 +119,8 @@ impl LightUniform {
         if sum.z.abs() > LEAST_DEPTH * to.length() {
             let image = DVec3::new(sum.x / sum.z, sum.y / sum.z, 1.0);
             self.image = image.as_vec3().to_array();
-            let pixel = [
-                (image.x - basis.offset.0) / basis.scale.0,
-                (image.y - basis.offset.1) / basis.scale.1,
-            ];
+            let pixel =
+                [(image.x - basis.offset.0) / basis.scale.0, (image.y - basis.offset.1) / basis.scale.1];
             let rounded = pixel.map(|p| p as f32);
             let rest = [0, 1].map(|i| (pixel[i] - f64::from(rounded[i])) as f32);
             self.pixel = [rounded[0], rounded[1], rest[0], rest[1]];

@@ -102,11 +102,7 @@ pub(crate) struct CameraAxes {
 
 impl CameraAxes {
     pub(crate) fn new(camera: &Camera) -> Self {
-        Self {
-            right: camera.right.as_dvec3(),
-            up: camera.up.as_dvec3(),
-            forward: camera.forward.as_dvec3(),
-        }
+        Self { right: camera.right.as_dvec3(), up: camera.up.as_dvec3(), forward: camera.forward.as_dvec3() }
     }
 
     /// Products with the three axes.

@@ -65,7 +65,8 @@ pub(crate) fn check_depth_texture(
     texture: &wgpu::Texture,
     layers: u32,
 ) -> Result<(), PrepareError> {
-    let wrong = |got: String, wanted: &str| Err(PrepareError::Texture { what, got, wanted: wanted.to_owned() });
+    let wrong =
+        |got: String, wanted: &str| Err(PrepareError::Texture { what, got, wanted: wanted.to_owned() });
     if !texture.format().has_depth_aspect() {
         return wrong(format!("of format {:?}", texture.format()), "of a depth format");
     }

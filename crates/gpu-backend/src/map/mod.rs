@@ -263,11 +263,7 @@ impl ShadowMap {
 }
 
 fn extent(projection: &Projection, size: (u32, u32)) -> wgpu::Extent3d {
-    wgpu::Extent3d {
-        width: size.0,
-        height: size.1,
-        depth_or_array_layers: projection.faces().len() as u32,
-    }
+    wgpu::Extent3d { width: size.0, height: size.1, depth_or_array_layers: projection.faces().len() as u32 }
 }
 
 /// Height of a texel that nothing stops light in, in an orthographic map: `NOTHING` of the shaders.

@@ -199,10 +199,8 @@ impl PyramidBuilder {
             contents: bytemuck::cast_slice(&[cells.0, cells.1, 0, 0]),
             usage: wgpu::BufferUsages::UNIFORM,
         });
-        let mut entries = vec![wgpu::BindGroupEntry {
-            binding: 0,
-            resource: wgpu::BindingResource::TextureView(input),
-        }];
+        let mut entries =
+            vec![wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(input) }];
         entries.extend(outputs.iter().zip(1..).map(|(view, binding)| wgpu::BindGroupEntry {
             binding,
             resource: wgpu::BindingResource::TextureView(view),

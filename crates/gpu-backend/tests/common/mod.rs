@@ -1,14 +1,15 @@
 //! What the GPU tests share: devices, scenes, and the CPU's answer for the same frame.
-#![allow(dead_code, reason = "each test file uses a part")]
+#![allow(dead_code, unreachable_pub, reason = "each test file uses a part")]
+#![allow(missing_debug_implementations, missing_docs, clippy::unwrap_used, reason = "helpers of tests")]
+#![allow(clippy::print_stdout, reason = "a test that does not run says so")]
 
-use glam::DVec3;
 use gpu_backend::{
-    DeviceFeatures, Fog, FogDescriptor, Frame, GpuContext, Lamp, SceneDepth, ShadowMap, Shadows, Technique, View,
+    DeviceFeatures, Fog, FogDescriptor, Frame, GpuContext, Lamp, SceneDepth, ShadowMap, Shadows, Technique,
+    View,
 };
 use hybrid_march::{BruteForce, Occluders};
 use scene::{
-    Aabb, AirlightModel, Bvh, Camera, DirectionalLight, Interval, Light, LightId, Medium,
-    PointLight, Scene, SpotLight, Visibility,
+    AirlightModel, Bvh, Camera, DirectionalLight, Light, Medium, PointLight, Scene, SpotLight, Visibility,
 };
 use shadowmap::{Bias, DepthMap, ExactShadowMap, MapSurface};
 
@@ -139,8 +140,7 @@ impl Stage {
     /// Airlight of one light over the lit intervals of a map, in f64.
     pub fn traversed(&self, light: &Light, map: &Option<DepthMap>, surface: MapSurface) -> Vec<[f32; 3]> {
         let lights = std::slice::from_ref(light);
-        let shadows =
-            ExactShadowMap::new(std::slice::from_ref(map), lights, surface, Bias::NONE).unwrap();
+        let shadows = ExactShadowMap::new(std::slice::from_ref(map), lights, surface, Bias::NONE).unwrap();
         let settings = ground_truth::Settings::default();
         let reference = ground_truth::Reference::new(&[], &self.bvh, &self.medium, lights, settings)
             .unwrap()
@@ -190,15 +190,3 @@ pub fn compare(a: &[[f32; 3]], b: &[[f32; 3]]) -> (f64, f64) {
     let p99 = errors[(0.99 * errors.len() as f64).ceil() as usize - 1];
     (norm(&mut a.iter().zip(&b).map(|(a, b)| a - b)) / norm(&mut b.iter().copied()), p99)
 }
-
-/// An interval without end.
-pub const ALL: Interval = Interval::new(0.0, f64::INFINITY);
-
-/// A box around nothing.
-pub const NO_BOX: Aabb = Aabb::EMPTY;
-
-/// The first light.
-pub const FIRST: LightId = LightId(0);
-
-/// The origin.
-pub const ORIGIN: DVec3 = DVec3::ZERO;

@@ -17,10 +17,12 @@ use crate::{Aabb, Scene, SceneError};
 mod occlusion;
 mod ray;
 mod region;
+mod wide_bvh;
 
 pub use occlusion::BvhVisibility;
 pub use ray::Hit;
 pub use region::PlaneRegion;
+pub use wide_bvh::{WideBvh, WideNode};
 
 /// A triangle in world space and where it comes from.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -55,22 +57,8 @@ impl Bvh {
     /// # Errors
     /// [`SceneError::TooManyTriangles`] past 2³¹ triangles.
     pub fn build(scene: &Scene) -> Result<Self, SceneError> {
-        let count = scene.triangle_count();
-        if count > 1 << 31 {
-            return Err(SceneError::TooManyTriangles(count));
-        }
-        let mut triangles = Vec::with_capacity(count);
-        for mesh in &scene.meshes {
-            let material = mesh.material as u32;
-            triangles.extend(mesh.corners().map(|corners| Triangle { corners, material }));
-        }
-        let boxes: Vec<TreeBox> = triangles
-            .iter()
-            .map(|t| {
-                let b = Aabb::around(t.corners);
-                TreeBox { min: b.min.into(), max: b.max.into() }
-            })
-            .collect();
+        let triangles = gather(scene)?;
+        let boxes = boxes(&triangles);
         let tree = if boxes.is_empty() {
             Bvh2::default()
         } else {
@@ -171,6 +159,29 @@ impl Bvh {
         let largest = points.iter().fold(scene, |largest, point| largest.max(point.abs().max_element()));
         f64::from(f32::EPSILON) * largest
     }
+}
+
+/// All triangles of the scene.
+fn gather(scene: &Scene) -> Result<Vec<Triangle>, SceneError> {
+    let count = scene.triangle_count();
+    if count > 1 << 31 {
+        return Err(SceneError::TooManyTriangles(count));
+    }
+    let mut triangles = Vec::with_capacity(count);
+    for mesh in &scene.meshes {
+        let material = mesh.material as u32;
+        triangles.extend(mesh.corners().map(|corners| Triangle { corners, material }));
+    }
+    Ok(triangles)
+}
+
+/// Their boxes, as obvhs takes them.
+fn boxes(triangles: &[Triangle]) -> Vec<TreeBox> {
+    let around = |t: &Triangle| {
+        let b = Aabb::around(t.corners);
+        TreeBox { min: b.min.into(), max: b.max.into() }
+    };
+    triangles.iter().map(around).collect()
 }
 
 fn wide(corners: &[Vec3; 3]) -> [DVec3; 3] {
