@@ -1,7 +1,7 @@
 // A light as a view sees it: where it is, how it shines, and which part of a view ray it reaches at all.
 //
-// The importing pass declares the uniforms `view` and `light`. Twins: crates/gpu-backend/src/layout/light.rs (layout), crates/scene/src/{light,cone}.rs and
-// crates/hybrid-march/src/extent.rs (functions).
+// The importing pass declares the uniforms `view` and `light`. Twins: crates/gpu-backend/src/layout/light.rs (layout),
+// crates/scene/src/{light,cone}.rs and crates/hybrid-march/src/extent.rs (functions).
 
 #import view
 #import airlight
@@ -37,6 +37,8 @@ struct Light {
     outside: u32,        // 1 where what the map does not see is lit
     adds: u32,           // 1 where the result is added to what the texture before holds
     _pad: vec2u,
+    eye: vec3f,          // where the view is taken from; world axes and origin; units: m
+    _pad1: f32,
     rows: array<vec4f, 4>, // X, Y, W and depth over (a, b, 1) per unit of the ray's tangent vector, and at the eye
 }
 

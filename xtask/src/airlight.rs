@@ -39,6 +39,8 @@ pub(crate) struct Airlight {
     pub(crate) rays: u64,
     /// Memory of what was prepared from the maps; units: bytes.
     pub(crate) pyramid_bytes: usize,
+    /// Passes on the GPU and their times in ms, where there are any.
+    pub(crate) passes: Vec<(String, f64)>,
 }
 
 impl Stage<'_> {

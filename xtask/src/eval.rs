@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use gpu_backend::{AirlightProbe, GpuContext, Problem};
+use gpu_backend::{AirlightProbe, GpuContext, Problem, SunProbe, SunProblem};
 use media_math::{
     Boundary, CompensatedSum, Foot, HoffmanPreetham, HomogeneousMedium, MieNormalisation, PhaseFunction,
     Real, airlight, signed_airlight, sun_f, sun_f_difference,
@@ -49,7 +49,7 @@ pub(crate) fn run(args: &EvalArgs) -> Outcome {
     output_file::check_writable(&args.output)?;
     output_file::check_distinct(&[("the cases", &args.cases), ("--output", &args.output)])?;
     let open_gpu = || gpu::open(args.adapter.as_deref());
-    if args.adapter.is_some() && !matches!(args.kind, Kind::Airlight | Kind::Intervals) {
+    if args.adapter.is_some() && matches!(args.kind, Kind::HoffmanPreetham) {
         // named in vain is an error for every kind
         open_gpu()?;
     }
@@ -65,6 +65,19 @@ pub(crate) fn run(args: &EvalArgs) -> Outcome {
             let (f, difference) = (file.f.unwrap_or_default(), file.difference.unwrap_or_default());
             let mut results: Vec<Value> = f.par_iter().map(FCase::result).collect();
             results.par_extend(difference.par_iter().map(DifferenceCase::result));
+            if let Some(gpu) = open_gpu()? {
+                let problems: Vec<SunProblem> = f
+                    .iter()
+                    .map(FCase::problem)
+                    .chain(difference.iter().map(DifferenceCase::problem))
+                    .collect();
+                let probe = SunProbe::new(&gpu).map_err(Failure::program)?;
+                for (result, value) in
+                    results.iter_mut().zip(probe.evaluate(&problems).map_err(Failure::program)?)
+                {
+                    result["gpu"] = number(value);
+                }
+            }
             results
         }
         Kind::Airlight => {
@@ -103,7 +116,7 @@ fn with_gpu(
     let (places, problems): (Vec<usize>, Vec<Lit>) =
         problems.enumerate().filter_map(|(place, problem)| Some((place, problem?))).unzip();
     let values =
-        AirlightProbe::new(gpu).and_then(|probe| probe.evaluate(&problems)).map_err(Failure::program)?;
+        AirlightProbe::new(gpu).map_err(Failure::program)?.evaluate(&problems).map_err(Failure::program)?;
     for (place, value) in places.into_iter().zip(values) {
         results[place]["gpu"] = number(value);
     }
@@ -356,6 +369,10 @@ struct FCase {
 }
 
 impl FCase {
+    fn problem(&self) -> SunProblem {
+        SunProblem { u: self.u as f32, v0: 0.0, v1: self.v as f32, _pad: 0.0 }
+    }
+
     fn result(&self) -> Value {
         json!({
             "f64": number(sun_f(self.u, self.v)),
@@ -373,6 +390,10 @@ struct DifferenceCase {
 }
 
 impl DifferenceCase {
+    fn problem(&self) -> SunProblem {
+        SunProblem { u: self.u as f32, v0: self.v0 as f32, v1: self.v1 as f32, _pad: 0.0 }
+    }
+
     fn result(&self) -> Value {
         json!({
             "f64": number(sun_f_difference(self.u, self.v0, self.v1)),

@@ -5,10 +5,12 @@
 
 use std::time::Instant;
 
+use gpu_backend::GpuContext;
 use ground_truth::{Reference, render_rows};
 use scene::Bvh;
 
 use crate::airlight::{Stage, settings};
+use crate::airlight_gpu;
 use crate::failure::Outcome;
 use crate::image_file::Image;
 use crate::maps::Maps;
@@ -33,6 +35,8 @@ pub(crate) struct Picture {
     pub(crate) samples: u64,
     /// Times that a march asked for visibility: shadow rays, or lookups.
     pub(crate) rays: u64,
+    /// The technique's own passes on the GPU with their times in ms.
+    pub(crate) gpu_passes: Vec<(String, f64)>,
     /// Memory of the view rays' ends; units: bytes.
     pub(crate) view_ray_bytes: usize,
     /// Memory of the shadow maps; units: bytes.
@@ -49,15 +53,14 @@ impl Picture {
 
     /// The stages that ran, in order, with their times in ms; the technique's own is called `technique`.
     pub(crate) fn passes(&self, technique: &str) -> Vec<(String, f64)> {
-        [
-            ("view rays", Some(self.ms_view_rays)),
-            ("shadow map", self.ms_map),
-            (technique, Some(self.ms)),
-            ("surfaces", self.ms_surfaces),
-        ]
-        .into_iter()
-        .filter_map(|(name, ms)| Some((name.to_owned(), ms?)))
-        .collect()
+        let mut passes = vec![("view rays".to_owned(), self.ms_view_rays)];
+        passes.extend(self.ms_map.map(|ms| ("shadow map".into(), ms)));
+        if self.gpu_passes.is_empty() {
+            passes.push((technique.to_owned(), self.ms));
+        }
+        passes.extend(self.gpu_passes.iter().cloned());
+        passes.extend(self.ms_surfaces.map(|ms| ("surfaces".into(), ms)));
+        passes
     }
 
     /// Memory of everything that the frame held, the hierarchy excluded; units: bytes.
@@ -67,7 +70,7 @@ impl Picture {
     }
 }
 
-/// Renders `setup` with `technique`.
+/// Renders `setup` with `technique`, its airlight on `gpu` if one is given.
 ///
 /// Progress is shown under `label`, and not at all without one.
 ///
@@ -77,6 +80,7 @@ pub(crate) fn render(
     bvh: &Bvh,
     technique: Technique,
     options: &Options,
+    gpu: Option<&GpuContext>,
     label: &str,
 ) -> Outcome<Picture> {
     check(setup, technique, "--technique")?;
@@ -90,7 +94,11 @@ pub(crate) fn render(
         Maps::none(setup.lights.len())
     };
     let tick = |rows| progress.inc(rows);
-    let airlight = Stage { setup, bvh, options, rays: &rays, maps: &maps, tick: &tick }.run(technique)?;
+    let stage = Stage { setup, bvh, options, rays: &rays, maps: &maps, tick: &tick };
+    let airlight = match gpu {
+        Some(gpu) => airlight_gpu::run(gpu, &stage, technique)?,
+        None => stage.run(technique)?,
+    };
     let started = Instant::now();
     let size = options.size;
     let surfaces = (!options.airlight_only).then(|| {
@@ -117,6 +125,7 @@ pub(crate) fn render(
         ms_surfaces,
         samples: airlight.samples,
         rays: airlight.rays,
+        gpu_passes: airlight.passes,
         view_ray_bytes: rays.bytes(),
         map_bytes: maps.bytes(),
         pyramid_bytes: airlight.pyramid_bytes,

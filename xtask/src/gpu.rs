@@ -1,8 +1,9 @@
 //! The GPU that commands run on, where there is one.
 
-use gpu_backend::GpuContext;
+use gpu_backend::{GpuContext, software_or_hardware};
 
 use crate::failure::{Failure, Outcome};
+use crate::report::data::Adapter;
 
 /// Opens the adapter whose name holds `wanted`, or the first that there is; none is no error unless one was named.
 pub(crate) fn open(wanted: Option<&str>) -> Outcome<Option<GpuContext>> {
@@ -13,5 +14,14 @@ pub(crate) fn open(wanted: Option<&str>) -> Outcome<Option<GpuContext>> {
             tracing::debug!("{error}");
             Ok(None)
         }
+    }
+}
+
+/// What results say of the GPU that they come from.
+pub(crate) fn describe(gpu: &GpuContext) -> Adapter {
+    Adapter {
+        name: gpu.info.name.clone(),
+        backend: gpu.info.backend.to_string(),
+        kind: software_or_hardware(&gpu.info).to_owned(),
     }
 }

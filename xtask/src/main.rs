@@ -5,6 +5,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 mod airlight;
+mod airlight_gpu;
 mod cargo;
 mod compare;
 mod doctor;

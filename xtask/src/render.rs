@@ -3,15 +3,19 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
+use gpu_backend::GpuContext;
 use scene::Bvh;
 use serde_json::{Value, json};
 
+use crate::airlight_gpu;
 use crate::failure::{Failure, Outcome};
 use crate::frame::{self, Picture};
+use crate::gpu;
 use crate::image_file;
 use crate::maps::{DEFAULT_SIDE, MapOptions, MapSurface};
 use crate::metrics;
 use crate::output_file;
+use crate::report::data::Adapter;
 use crate::scene_args::{SceneArgs, Setup};
 use crate::technique::{self, Options, Technique, VisibilitySource};
 
@@ -98,7 +102,7 @@ struct QualityArgs {
 /// `--backend`.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Backend {
-    /// A GPU if there is one.
+    /// A GPU of hardware if there is one and it has what is asked, else the CPU.
     #[default]
     Auto,
     /// A GPU or nothing.
@@ -108,16 +112,30 @@ pub(crate) enum Backend {
 }
 
 impl Backend {
-    /// Fails where a GPU is asked for.
-    pub(crate) fn check(self, adapter: Option<&str>) -> Outcome {
-        match (self, adapter) {
-            (_, Some(name)) => {
-                Err(Failure::input(format!("--adapter {name}: this version has no GPU backend")))
+    /// The GPU on which the techniques run, or none for the CPU.
+    ///
+    /// `auto` takes one of hardware, or the one that is named, where the GPU has all that is asked of it; a software
+    /// adapter is the CPU once more, and is taken only by `gpu` or by its name.
+    fn choose(
+        self,
+        adapter: Option<&str>,
+        setup: &Setup,
+        techniques: &[Technique],
+    ) -> Outcome<Option<GpuContext>> {
+        let gpu = match (self, adapter) {
+            (Self::Cpu, None) => return Ok(None),
+            (_, wanted) => gpu::open(wanted)?,
+        };
+        let lacks = techniques.iter().find_map(|&technique| airlight_gpu::lacks(setup, technique));
+        match (self, gpu, lacks) {
+            (Self::Gpu, None, _) => Err(Failure::input("--backend gpu: there is no GPU adapter")),
+            (Self::Gpu, _, Some(lack)) => Err(Failure::input(format!("--backend gpu: {lack}"))),
+            (Self::Cpu, ..) | (Self::Auto, None, _) | (Self::Auto, _, Some(_)) => Ok(None),
+            (Self::Auto, Some(gpu), None) => {
+                let hardware = gpu.info.device_type != gpu_backend::wgpu::DeviceType::Cpu;
+                Ok(Some(gpu).filter(|_| hardware || adapter.is_some()))
             }
-            (Self::Gpu, None) => {
-                Err(Failure::input("--backend gpu: no technique of this version runs on a GPU"))
-            }
-            _ => Ok(()),
+            (Self::Gpu, gpu, None) => Ok(gpu),
         }
     }
 }
@@ -169,7 +187,6 @@ fn parse_finite(text: &str) -> Result<f32, String> {
 }
 
 pub(crate) fn run(args: &RenderArgs) -> Outcome {
-    args.backend.check(args.adapter.as_deref())?;
     let error_path = args.against.map(|_| args.output.with_extension("error.png"));
     check_files(args, error_path.as_deref())?;
     let setup = args.scene.resolve(&args.input)?;
@@ -182,14 +199,16 @@ pub(crate) fn run(args: &RenderArgs) -> Outcome {
     if let Some(against) = args.against {
         technique::check(&setup, against, "--against")?;
     }
-    let options = args.options();
     let techniques: Vec<Technique> = std::iter::once(technique).chain(args.against).collect();
+    // the reference may run elsewhere
+    let gpu = args.backend.choose(args.adapter.as_deref(), &setup, &techniques[..1])?;
+    let options = args.options(gpu.is_some());
     if techniques.iter().any(|technique| technique.reads_maps(options.visibility)) {
         options.map.check()?;
     }
     setup.say_notes();
-    args.say_unused(&techniques);
-    let picture = frame::render(&setup, &bvh, technique, &options, &technique.name())?;
+    args.say_unused(&techniques, &options);
+    let picture = frame::render(&setup, &bvh, technique, &options, gpu.as_ref(), &technique.name())?;
     let unusable = picture.image.pixels.iter().flatten().filter(|value| !value.is_finite()).count();
     if unusable > 0 {
         return Err(Failure::program(format!(
@@ -208,7 +227,8 @@ pub(crate) fn run(args: &RenderArgs) -> Outcome {
         figures = Some(found);
     }
     if let Some(path) = &args.json {
-        let text = describe(args, technique, why, &setup, &bvh, &picture, figures.as_ref());
+        let ran = Ran { technique, why, gpu: gpu.as_ref(), options: &options };
+        let text = describe(args, &ran, &setup, &bvh, &picture, figures.as_ref());
         let text = serde_json::to_string_pretty(&text).map_err(Failure::program)?;
         files.push(output_file::stage(path, format!("{text}\n").as_bytes())?);
     }
@@ -243,9 +263,10 @@ fn compare(
     options: &Options,
     picture: &Picture,
 ) -> Outcome<(Value, Vec<u8>)> {
-    let reference = frame::render(setup, bvh, other, options, &format!("{} (reference)", other.name()))?;
+    let reference =
+        frame::render(setup, bvh, other, options, None, &format!("{} (reference)", other.name()))?;
     let open = Options { shadows_in_medium: false, ..*options };
-    let unshadowed = frame::render(setup, bvh, other, &open, "unshadowed")?;
+    let unshadowed = frame::render(setup, bvh, other, &open, None, "unshadowed")?;
     let figures = metrics::compare(&picture.image, &reference.image, Some(&unshadowed.image), None)?;
     let errors = image_file::error_picture(&picture.image, &reference.image)?;
     let mut figures = serde_json::to_value(figures).map_err(Failure::program)?;
@@ -255,18 +276,29 @@ fn compare(
     Ok((figures, image_file::encode_png(&errors)?))
 }
 
+/// What ran, and where.
+struct Ran<'a> {
+    technique: Technique,
+    why: &'a str,
+    gpu: Option<&'a GpuContext>,
+    options: &'a Options,
+}
+
 fn describe(
     args: &RenderArgs,
-    technique: Technique,
-    why: &str,
+    ran: &Ran<'_>,
     setup: &Setup,
     bvh: &Bvh,
     picture: &Picture,
     comparison: Option<&Value>,
 ) -> Value {
-    let name = technique.name();
+    let name = ran.technique.name();
     let passes = picture.passes(&name).into_iter();
-    let options = args.options();
+    let options = ran.options;
+    let adapter = match ran.gpu {
+        Some(gpu) => gpu::describe(gpu),
+        None => Adapter { name: "CPU".into(), backend: "cpu".into(), kind: "cpu".into() },
+    };
     let map = picture.ms_map.map(|_| {
         json!({
             "size": options.map.side,
@@ -278,9 +310,9 @@ fn describe(
     json!({
         "scene": args.input,
         "size": [args.size.0, args.size.1],
-        "adapter": {"name": "CPU", "backend": "cpu", "kind": "cpu"},
+        "adapter": adapter,
         "technique": name,
-        "why": why,
+        "why": ran.why,
         "passes": passes.map(|(name, ms)| json!({"name": name, "ms": ms})).collect::<Vec<_>>(),
         // the technique's own; view rays, shadow map and surfaces belong to a frame without fog too
         "ms": picture.ms,
@@ -300,14 +332,18 @@ fn describe(
 
 impl RenderArgs {
     /// What the flags say of the picture, with the defaults of those that were not given.
-    fn options(&self) -> Options {
+    fn options(&self, on_gpu: bool) -> Options {
         let defaults = Options::new(self.size);
         Options {
             airlight_only: self.airlight_only,
             shadows_in_medium: !self.unshadowed,
             max_distance: self.max_distance.unwrap_or(defaults.max_distance),
             samples: self.quality.samples.unwrap_or(defaults.samples),
-            visibility: self.visibility.unwrap_or(defaults.visibility),
+            visibility: self.visibility.unwrap_or(if on_gpu {
+                VisibilitySource::Map
+            } else {
+                defaults.visibility
+            }),
             map: MapOptions {
                 side: self.quality.shadow_map.unwrap_or(DEFAULT_SIDE),
                 surface: self.map_surface.unwrap_or_default(),
@@ -317,7 +353,7 @@ impl RenderArgs {
     }
 
     /// Says which of the given flags none of the techniques that run has a use for.
-    fn say_unused(&self, techniques: &[Technique]) {
+    fn say_unused(&self, techniques: &[Technique], options: &Options) {
         let quality = &self.quality;
         let given = [
             ("--visibility", self.visibility.is_some()),
@@ -330,7 +366,7 @@ impl RenderArgs {
             ("--viewers", quality.viewers.is_some()),
             ("--target-error", quality.target_error.is_some()),
         ];
-        let visibility = self.visibility.unwrap_or_default();
+        let visibility = options.visibility;
         let names: Vec<String> = techniques.iter().map(|technique| technique.name()).collect();
         for (flag, given) in given {
             if given && !techniques.iter().any(|technique| technique.uses(flag, visibility)) {

@@ -336,9 +336,9 @@ mod tests {
             assert_eq!(LightKind::of(&setup.lights[0]), kind, "{}", source.name);
             let bvh = bvh.get_or_insert_with(|| Bvh::build(&setup.scene).unwrap());
             let mut options = Options { airlight_only: true, ..Options::new((32, 32)) };
-            let shadowed = render(&setup, bvh, Technique::Exact, &options, "").unwrap();
+            let shadowed = render(&setup, bvh, Technique::Exact, &options, None, "").unwrap();
             options.shadows_in_medium = false;
-            let open = render(&setup, bvh, Technique::Exact, &options, "").unwrap();
+            let open = render(&setup, bvh, Technique::Exact, &options, None, "").unwrap();
             let weight = metrics::compare(&open.image, &shadowed.image, None, None).unwrap().rel_rmse;
             println!("{}, {}, {medium}: {weight:.3}", source.name, kind.name());
             assert!(weight >= 0.2, "{}, {}, {medium}: {weight}", source.name, kind.name());

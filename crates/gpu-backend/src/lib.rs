@@ -60,6 +60,6 @@ pub use fog::{
     View,
 };
 pub use map::{HostDepth, ShadowMap};
-pub use probe::{AirlightProbe, Problem};
+pub use probe::{AirlightProbe, Problem, SunProbe, SunProblem};
 pub use stats::{FrameStats, PassTime};
 pub use wgpu;

@@ -119,3 +119,15 @@ pub(crate) fn uniform(binding: u32) -> wgpu::BindGroupLayoutEntry {
         },
     )
 }
+
+/// A buffer that is read.
+pub(crate) fn storage(binding: u32) -> wgpu::BindGroupLayoutEntry {
+    entry(
+        binding,
+        wgpu::BindingType::Buffer {
+            ty: wgpu::BufferBindingType::Storage { read_only: true },
+            has_dynamic_offset: false,
+            min_binding_size: None,
+        },
+    )
+}

@@ -24,10 +24,13 @@ macro_rules! files {
 pub const SHARED: &[File] = files![
     "shared/airlight",
     "shared/bindings",
+    "shared/bindings_bvh",
     "shared/bindings_view",
     "shared/bvh",
     "shared/elementary",
     "shared/light",
+    "shared/march",
+    "shared/march_varying",
     "shared/medium_path",
     "shared/phase",
     "shared/piece",
@@ -45,9 +48,12 @@ pub const PASSES: &[File] = files![
     "map/pyramid",
     "probe/airlight",
     "probe/occlusion",
+    "probe/special",
     "scatter/exact",
     "scatter/march",
+    "scatter/march_rays",
     "scatter/march_varying",
+    "scatter/march_varying_rays",
 ];
 
 /// The text of a pass with everything that it imports in front.

@@ -350,8 +350,7 @@ impl<'a> Piece<'a> {
             if to <= from {
                 return Vec3::ZERO;
             }
-            let intensity =
-                |at: f32, _| self.intensity_at(f64::from(at) + self.entry).to_array();
+            let intensity = |at: f32, _| self.intensity_at(f64::from(at) + self.entry).to_array();
             airlight_anisotropic(&self.coefficients, &self.phase, &self.foot, x(from), x(to), intensity)
                 .into()
         };

@@ -102,7 +102,7 @@ impl Setting {
             samples,
             ..Options::new((side, side))
         };
-        render(setup, bvh, technique, &options, label)
+        render(setup, bvh, technique, &options, None, label)
     }
 }
 

@@ -3,7 +3,7 @@
 use scene::{Aabb, AirlightModel, Camera, Light, Medium};
 use shadowmap::{DepthOrder, MapSurface};
 
-use crate::ShadowMap;
+use crate::{GpuBvh, ShadowMap};
 
 /// Most lights of a frame.
 pub const MAX_LIGHTS: usize = 8;
@@ -65,13 +65,48 @@ pub struct Lamp<'a> {
     pub shadows: Option<Shadows<'a>>,
 }
 
-/// What shadows a light.
+/// What shadows a light, with a box around all that casts shadows: a march spends no step outside of what that can
+/// shadow.
 #[derive(Debug, Clone, Copy)]
-pub struct Shadows<'a> {
+pub enum Shadows<'a> {
     /// The light's map.
-    pub map: &'a ShadowMap,
-    /// A box around all that casts shadows: a march spends no step outside of what it can shadow.
-    pub casters: Aabb,
+    Map {
+        /// The map.
+        map: &'a ShadowMap,
+        /// A box around all casters.
+        casters: Aabb,
+    },
+    /// Shadow rays, for a march.
+    Rays {
+        /// The hierarchy that they go through.
+        bvh: &'a GpuBvh,
+        /// A box around all casters.
+        casters: Aabb,
+    },
+}
+
+impl<'a> Shadows<'a> {
+    /// The map, if that is what shadows the light.
+    pub(crate) fn map(&self) -> Option<&'a ShadowMap> {
+        match self {
+            Self::Map { map, .. } => Some(map),
+            Self::Rays { .. } => None,
+        }
+    }
+
+    /// The hierarchy, if shadow rays are cast.
+    pub(crate) fn bvh(&self) -> Option<&'a GpuBvh> {
+        match self {
+            Self::Map { .. } => None,
+            Self::Rays { bvh, .. } => Some(bvh),
+        }
+    }
+
+    pub(crate) fn casters(&self) -> &Aabb {
+        match self {
+            Self::Map { casters, .. } | Self::Rays { casters, .. } => casters,
+        }
+    }
 }
 
 /// How airlight with shadows is computed.
@@ -82,11 +117,11 @@ pub enum Technique {
         /// What the map says between its texel centres.
         surface: MapSurface,
     },
-    /// A march that looks the map up at every step.
+    /// A march that looks the map up, or casts a shadow ray, at every step.
     BruteForce {
         /// Steps along each ray for each light.
         samples: u32,
-        /// How the map is looked up.
+        /// How a map is looked up.
         lookup: Lookup,
     },
 }

@@ -1,6 +1,7 @@
-//! The bind groups of the scattering passes. Twins: `shaders/shared/bindings_view.wgsl` and `bindings.wgsl`.
+//! The bind groups of the scattering passes. Twins: `bindings_view.wgsl`, `bindings.wgsl` and `bindings_bvh.wgsl` in
+//! `shaders/shared/`.
 
-use crate::pass::{storage_texture, texture, uniform};
+use crate::pass::{storage, storage_texture, texture, uniform};
 
 /// Layouts of the view's group (with and without the texture that is written) and the light's.
 #[derive(Debug)]
@@ -8,6 +9,8 @@ pub(super) struct Layouts {
     pub(super) view: wgpu::BindGroupLayout,
     pub(super) composite: wgpu::BindGroupLayout,
     pub(super) light: wgpu::BindGroupLayout,
+    /// The hierarchy of shadow rays.
+    pub(super) bvh: wgpu::BindGroupLayout,
 }
 
 /// Textures of one texel that stand in for what a scene lacks.
@@ -32,6 +35,7 @@ impl Layouts {
             entry
         });
         Self {
+            bvh: group("fog bvh", &[storage(0), storage(1)]),
             view: group("fog view", &[reads[0], reads[1], reads[2], writes, reads[3]]),
             composite: group("fog composite", &drawn),
             light: group(

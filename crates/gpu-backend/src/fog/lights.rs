@@ -19,21 +19,22 @@ pub(super) fn check_maps(frame: &Frame<'_>) -> Result<(), PrepareError> {
     let variance = matches!(frame.technique, Technique::BruteForce { lookup: Lookup::Variance, .. });
     for (index, lamp) in frame.lamps.iter().enumerate() {
         let Some(shadows) = lamp.shadows else { continue };
-        let projection = shadows.map.projection().kind();
+        let Some(map) = shadows.map() else { continue };
+        let projection = map.projection().kind();
         let (wanted, kind) = match lamp.light {
             Light::Point(_) => (ProjectionKind::Cube, "point"),
             Light::Spot(_) => (ProjectionKind::Perspective, "spot"),
             Light::Directional(_) => (ProjectionKind::Orthographic, "directional"),
         };
         if projection != wanted {
-            let map = match projection {
+            let got = match projection {
                 ProjectionKind::Perspective => "a perspective",
                 ProjectionKind::Orthographic => "an orthographic",
                 ProjectionKind::Cube => "a cube",
             };
-            return Err(PrepareError::WrongMap { light: index, map, kind });
+            return Err(PrepareError::WrongMap { light: index, map: got, kind });
         }
-        if variance && shadows.map.moments().is_none() {
+        if variance && map.moments().is_none() {
             return Err(PrepareError::NoMoments { light: index });
         }
     }
@@ -59,9 +60,10 @@ pub(super) fn uniform(device: &wgpu::Device, frame: &Frame<'_>, work: &Work, bas
     let mut uniform = LightUniform::new(basis, lamp.light);
     (uniform.samples, uniform.kernel) = (work.samples, work.kernel);
     if let Some(shadows) = lamp.shadows {
-        let map = shadows.map;
-        uniform =
-            uniform.with_occluders(basis, &shadows.casters).with_map(basis, map.projection(), map.size());
+        uniform = uniform.with_occluders(basis, shadows.casters());
+    }
+    if let Some(map) = lamp.shadows.and_then(|shadows| shadows.map()) {
+        uniform = uniform.with_map(basis, map.projection(), map.size());
         uniform.outside = u32::from(map.outside() == Outside::Lit);
         if let Some(moments) = map.moments() {
             uniform.variance[..3].copy_from_slice(&moments.parameters);
@@ -90,7 +92,7 @@ pub(super) fn group(
         contents: bytemuck::bytes_of(uniform),
         usage: wgpu::BufferUsages::UNIFORM,
     });
-    let map = work.lamp.and_then(|index| frame.lamps[index].shadows).map(|shadows| shadows.map);
+    let map = work.lamp.and_then(|index| frame.lamps[index].shadows).and_then(|shadows| shadows.map());
     let array = |texture: &wgpu::Texture| {
         texture.create_view(&wgpu::TextureViewDescriptor {
             dimension: Some(wgpu::TextureViewDimension::D2Array),
@@ -119,6 +121,24 @@ pub(super) fn group(
         layout: &layouts.light,
         entries: &entries,
     })
+}
+
+/// The hierarchy that a light's shadow rays go through.
+pub(super) fn bvh_group(
+    device: &wgpu::Device,
+    layouts: &Layouts,
+    frame: &Frame<'_>,
+    work: &Work,
+) -> Option<wgpu::BindGroup> {
+    let bvh = frame.lamps[work.lamp?].shadows?.bvh()?;
+    Some(device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some("fog bvh"),
+        layout: &layouts.bvh,
+        entries: &[
+            wgpu::BindGroupEntry { binding: 0, resource: bvh.nodes().as_entire_binding() },
+            wgpu::BindGroupEntry { binding: 1, resource: bvh.triangles().as_entire_binding() },
+        ],
+    }))
 }
 
 /// Pictures of spot lights on the GPU; one that several lights or frames share is uploaded once.

@@ -342,8 +342,9 @@ impl Fog {
 
     fn scatter_pipeline(&mut self, device: &wgpu::Device, variant: Variant) -> Result<(), CreateError> {
         if !self.scatter.contains_key(&variant) {
-            let layouts = [&self.layouts.view, &self.layouts.light];
-            let pipeline = compute_pipeline(device, variant.shader.name(), &layouts, &variant.constants())?;
+            let mut layouts = vec![&self.layouts.view, &self.layouts.light];
+            layouts.extend(variant.rays.then_some(&self.layouts.bvh));
+            let pipeline = compute_pipeline(device, variant.file(), &layouts, &variant.constants())?;
             self.scatter.insert(variant, pipeline);
         }
         Ok(())
@@ -360,8 +361,11 @@ impl Fog {
     ) -> Result<Vec<MapChange>, PrepareError> {
         let mut building = Vec::new();
         for work in work {
-            let Some(shadows) = work.lamp.and_then(|index| frame.lamps[index].shadows) else { continue };
-            let map = shadows.map;
+            let shadows = work.lamp.and_then(|index| frame.lamps[index].shadows);
+            if let Some(bvh) = shadows.and_then(|shadows| shadows.bvh()) {
+                stats.bytes += bvh.bytes();
+            }
+            let Some(map) = shadows.and_then(|shadows| shadows.map()) else { continue };
             stats.maps += 1;
             let version = map.version();
             let mut change = MapChange { map: map.clone(), version, pyramid: None };
@@ -453,10 +457,12 @@ impl Fog {
                         layout: &self.layouts.view,
                         entries: &entries,
                     });
+                    let mut groups = vec![view_group, light_group];
+                    groups.extend(lights::bvh_group(device, &self.layouts, frame, work));
                     passes.push(ComputePass {
                         label: work.label.clone(),
                         pipeline: self.scatter[&work.variant].clone(),
-                        groups: vec![view_group, light_group],
+                        groups,
                         workgroups: [width.div_ceil(8), height.div_ceil(8), 1],
                     });
                     done += 1;

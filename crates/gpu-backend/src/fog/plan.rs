@@ -12,6 +12,9 @@ use super::frame::{Frame, Lamp, Lookup, Technique};
 /// group of threads.
 const MOST_TRIPS: u32 = 30_000;
 
+/// Loop trips of a shadow ray, at most, in all scenes that were tried (`shaders/shared/bvh.wgsl`).
+const TRIPS_OF_A_RAY: u32 = 110;
+
 /// A scattering shader with its constants.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(crate) struct Variant {
@@ -20,6 +23,8 @@ pub(crate) struct Variant {
     pub(crate) light: u8,
     pub(crate) textured: bool,
     pub(crate) shadowed: bool,
+    /// Whether shadow rays are cast.
+    pub(crate) rays: bool,
     pub(crate) linear: bool,
     /// 0 nearest, 1 percentage-closer, 2 variance, 3 linear surface.
     pub(crate) lookup: u8,
@@ -39,17 +44,18 @@ pub(crate) enum Shader {
     MarchVarying,
 }
 
-impl Shader {
-    pub(crate) const fn name(self) -> &'static str {
-        match self {
-            Self::Exact => "scatter/exact",
-            Self::March => "scatter/march",
-            Self::MarchVarying => "scatter/march_varying",
+impl Variant {
+    /// The shader's file.
+    pub(crate) const fn file(&self) -> &'static str {
+        match (self.shader, self.rays) {
+            (Shader::Exact, _) => "scatter/exact",
+            (Shader::March, false) => "scatter/march",
+            (Shader::March, true) => "scatter/march_rays",
+            (Shader::MarchVarying, false) => "scatter/march_varying",
+            (Shader::MarchVarying, true) => "scatter/march_varying_rays",
         }
     }
-}
 
-impl Variant {
     /// The shader's override constants.
     pub(crate) fn constants(&self) -> Vec<(&'static str, f64)> {
         let flag = |value: bool| f64::from(u8::from(value));
@@ -126,6 +132,7 @@ fn variant(frame: &Frame<'_>, shader: Shader) -> Variant {
         light: 0,
         textured: false,
         shadowed: false,
+        rays: false,
         linear: false,
         lookup: 0,
         achromatic: sigma_t[0] == sigma_t[1] && sigma_t[1] == sigma_t[2],
@@ -160,7 +167,8 @@ fn of_lamp(frame: &Frame<'_>, index: usize, lamp: &Lamp<'_>) -> Result<Work, Ref
         Light::Directional(_) => (2, "directional light", false),
     };
     let shadowed = lamp.shadows.is_some();
-    let with = |shader: Shader| Variant { light, textured, shadowed, ..variant(frame, shader) };
+    let rays = lamp.shadows.is_some_and(|shadows| shadows.bvh().is_some());
+    let with = |shader: Shader| Variant { light, textured, shadowed, rays, ..variant(frame, shader) };
     let label = |how: &str| format!("{kind} {index}, {how}");
     let exact = |linear: bool| {
         let how = if shadowed { "exact" } else { "closed form" };
@@ -181,6 +189,9 @@ fn of_lamp(frame: &Frame<'_>, index: usize, lamp: &Lamp<'_>) -> Result<Work, Ref
             if frame.medium.bounds.is_some() {
                 return Err(refused("a bounded medium"));
             }
+            if rays {
+                return Err(refused("shadow rays"));
+            }
             if frame.model == AirlightModel::HoffmanPreetham && !matches!(lamp.light, Light::Directional(_)) {
                 return Err(refused("Hoffman and Preetham's model for a local light"));
             }
@@ -197,9 +208,13 @@ fn of_lamp(frame: &Frame<'_>, index: usize, lamp: &Lamp<'_>) -> Result<Work, Ref
                 Lookup::LinearSurface => (3, 0),
             };
             let shader = if varies(frame, lamp.light) { Shader::MarchVarying } else { Shader::March };
-            let lookup = if shadowed { lookup } else { 0 };
+            let lookup = if shadowed && !rays { lookup } else { 0 };
             let variant = Variant { lookup, ..with(shader) };
-            let mut inner = if shadowed { (kernel + 1).pow(2) } else { 0 };
+            let mut inner = match (shadowed, rays) {
+                (false, _) => 0,
+                (true, false) => (kernel + 1).pow(2),
+                (true, true) => TRIPS_OF_A_RAY,
+            };
             if let (Some(Density::Grid(grid)), Shader::MarchVarying) = (&frame.medium.density, shader) {
                 // the light's way through the grid, four steps to a cell
                 inner += 4 * grid.size.iter().sum::<u32>();

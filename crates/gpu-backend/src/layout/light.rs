@@ -36,6 +36,8 @@ pub(crate) struct LightUniform {
     pub(crate) outside: u32,
     pub(crate) adds: u32,
     pub(crate) _pad: [u32; 2],
+    pub(crate) eye: [f32; 3],
+    pub(crate) _pad1: f32,
     pub(crate) rows: [[f32; 4]; 4],
 }
 
@@ -82,7 +84,8 @@ impl Basis {
 impl LightUniform {
     /// The light alone: no map, no occluders, no march.
     pub(crate) fn new(basis: &Basis, light: &Light) -> Self {
-        let mut uniform = Self { radius: -1.0, ..Self::zeroed() };
+        let eye = basis.eye.as_vec3().to_array();
+        let mut uniform = Self { radius: -1.0, eye, ..Self::zeroed() };
         match light {
             Light::Point(light) => {
                 uniform.power = light.intensity.to_array();
@@ -165,7 +168,7 @@ mod tests {
         assert_eq!(span as usize, size_of::<LightUniform>());
         let ours = offsets!(LightUniform: to_light, cos_outer, axis, cos_inner, right, tan_outer, top, nearest_texel,
             power, map_height, center, radius, pixel, image, map_width, world, map_top, first_sample, end_sample,
-            samples, kernel, variance, outside, adds, _pad, rows);
+            samples, kernel, variance, outside, adds, _pad, eye, _pad1, rows);
         assert_eq!(fields, ours);
     }
 

@@ -112,7 +112,7 @@ impl Stage {
             depth: SceneDepth::Distances(&ends),
             max_distance: f64::INFINITY,
         };
-        let shadows = map.map(|map| Shadows { map, casters: self.bvh.bounds() });
+        let shadows = map.map(|map| Shadows::Map { map, casters: self.bvh.bounds() });
         let frame = Frame {
             views: &[view],
             medium: &self.medium,
