@@ -12,6 +12,7 @@ use shadowmap::Bias;
 
 use crate::airlight::{Airlight, Stage};
 use crate::failure::{Failure, Outcome};
+use crate::gpu;
 use crate::maps::MapSurface;
 use crate::scene_args::Setup;
 use crate::technique::{Technique, VisibilitySource};
@@ -143,8 +144,7 @@ impl<'a> GpuFrame<'a> {
         let wall = started.elapsed().as_secs_f64() * 1e3;
         let passes = self.fog.pass_times(device, queue).map_err(Failure::program)?;
         let stamped = passes.iter().map(|pass| pass.ms).sum::<Option<f64>>().filter(|_| !passes.is_empty());
-        let hardware = self.gpu.info.device_type != gpu_backend::wgpu::DeviceType::Cpu;
-        Ok(GpuTimes { ms: stamped.filter(|_| hardware).unwrap_or(wall), passes })
+        Ok(GpuTimes { ms: stamped.filter(|_| gpu::is_hardware(self.gpu)).unwrap_or(wall), passes })
     }
 
     /// The picture of the last rendering.

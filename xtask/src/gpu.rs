@@ -25,3 +25,8 @@ pub(crate) fn describe(gpu: &GpuContext) -> Adapter {
         kind: software_or_hardware(&gpu.info).to_owned(),
     }
 }
+
+/// Whether the adapter is no software on the CPU: then its time stamps are those of its work.
+pub(crate) fn is_hardware(gpu: &GpuContext) -> bool {
+    gpu.info.device_type != gpu_backend::wgpu::DeviceType::Cpu
+}

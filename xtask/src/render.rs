@@ -132,8 +132,7 @@ impl Backend {
             (Self::Gpu, _, Some(lack)) => Err(Failure::input(format!("--backend gpu: {lack}"))),
             (Self::Cpu, ..) | (Self::Auto, None, _) | (Self::Auto, _, Some(_)) => Ok(None),
             (Self::Auto, Some(gpu), None) => {
-                let hardware = gpu.info.device_type != gpu_backend::wgpu::DeviceType::Cpu;
-                Ok(Some(gpu).filter(|_| hardware || adapter.is_some()))
+                Ok(Some(gpu).filter(|gpu| gpu::is_hardware(gpu) || adapter.is_some()))
             }
             (Self::Gpu, gpu, None) => Ok(gpu),
         }

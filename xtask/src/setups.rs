@@ -51,7 +51,6 @@ pub(crate) enum LightKind {
     Directional,
 }
 
-#[cfg_attr(not(test), expect(dead_code, reason = "for the experiments that compare kinds of lights"))]
 impl LightKind {
     /// All of them.
     pub(crate) const ALL: [Self; 3] = [Self::Point, Self::Spot, Self::Directional];
@@ -196,6 +195,11 @@ impl Setups {
         if !from_folder.is_empty() {
             return from_folder;
         }
+        self.stand_ins()
+    }
+
+    /// The generated scenes.
+    pub(crate) fn stand_ins(&self) -> Vec<Source> {
         self.entries
             .iter()
             .filter_map(|entry| {
@@ -259,7 +263,6 @@ impl Source {
 
     /// The set-up with a view of optical depth `depth`, lit by a light of `kind`; `None` where there is none in which
     /// shadows matter.
-    #[cfg_attr(not(test), expect(dead_code, reason = "for the experiments that compare kinds of lights"))]
     pub(crate) fn setup_lit(&self, depth: f32, kind: LightKind) -> Outcome<Option<Setup>> {
         let scene = load_scene(&self.name)?;
         let lights = self.lights_of(&scene, kind)?;

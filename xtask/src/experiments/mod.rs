@@ -10,6 +10,9 @@ use crate::report::data::{Adapter, Experiment};
 use crate::setups::Setups;
 
 mod airlight_accuracy;
+mod equal_error;
+mod map_traversal;
+mod shadow_rays;
 mod wyman_table1;
 
 /// How much is computed.
@@ -65,6 +68,16 @@ pub(crate) const ALL: &[Entry] = &[
         run: airlight_accuracy::run,
     },
     Entry {
+        id: "map-traversal",
+        about: "exact traversal of a shadow map against the honest march on the same map, on the GPU",
+        run: map_traversal::run,
+    },
+    Entry {
+        id: "shadow-rays",
+        about: "shadow rays a second on the GPU and on the CPU, and how often they disagree",
+        run: shadow_rays::run,
+    },
+    Entry {
         id: "wyman-table1",
         about: "Wyman & Ramsey 2008, Table 1: no shadows and brute force against exact, on the CPU",
         run: wyman_table1::run,
@@ -83,6 +96,11 @@ fn experiment(context: &Context, id: &str, title: &str, source: &str) -> Experim
         command: Some(format!("cargo xtask repro {id}{}", context.flags)),
         ..Experiment::default()
     }
+}
+
+/// What the pictures of a GPU experiment were computed on.
+fn gpu_or_cpu(context: &Context) -> Adapter {
+    context.gpu.as_ref().map_or_else(|| context.adapter.clone(), crate::gpu::describe)
 }
 
 /// The processor that the CPU implementations run on.

@@ -11,6 +11,7 @@ use ground_truth::ExactShadows;
 use scene::{Bvh, Interval, LightId};
 use serde_json::{Map, Value, json};
 
+use super::equal_error::{interpolate, median};
 use super::{Context, Preset, experiment};
 use crate::failure::Outcome;
 use crate::frame::{Picture, render};
@@ -128,12 +129,6 @@ impl Result {
             _ => None,
         }
     }
-}
-
-/// The middle of sorted values.
-fn median(sorted: &[f64]) -> Option<f64> {
-    let n = sorted.len();
-    (n > 0).then(|| 0.5 * (sorted[(n - 1) / 2] + sorted[n / 2]))
 }
 
 pub(super) fn run(context: &Context) -> Outcome<Section> {
@@ -358,20 +353,6 @@ fn equal_errors(results: &[Result], title: &str) -> Vec<EqualError> {
         .collect()
 }
 
-/// The x at which a falling curve of (x, error) first reaches `target`, interpolated in logarithms.
-fn interpolate(points: impl Iterator<Item = (f64, f64)>, target: f64) -> Option<f64> {
-    let mut before: Option<(f64, f64)> = None;
-    for (x, error) in points {
-        if error <= target {
-            let Some((x0, e0)) = before else { return Some(x) };
-            let t = (e0 / target).ln() / (e0 / error.max(1e-300)).ln();
-            return Some(x0 * (x / x0).powf(t));
-        }
-        before = Some((x, error));
-    }
-    None
-}
-
 /// −slope of log error over log samples, by least squares.
 fn order(marched: &[(f64, &Metrics)], error: impl Fn(&Metrics) -> f64) -> Option<f64> {
     let points: Vec<(f64, f64)> =
@@ -554,15 +535,6 @@ fn notes(context: &Context, plan: &Plan) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn interpolation_is_logarithmic() {
-        let curve = [(10.0, 0.1), (100.0, 0.01), (1000.0, 0.001)];
-        let at = |target| interpolate(curve.into_iter(), target);
-        assert!((at(0.01).unwrap() - 100.0).abs() < 1e-9);
-        assert!((at(0.0316227766).unwrap() - 31.6227766).abs() < 1e-5);
-        assert_eq!((at(0.5), at(1e-4)), (Some(10.0), None));
-    }
 
     #[test]
     fn order_of_a_power_law() {

@@ -17,6 +17,6 @@ pub(crate) mod rows;
 pub(crate) mod table;
 
 pub(crate) use html::{RunInfo, write_report};
-pub(crate) use number::{MISSING, count, error, figure, ratio, time};
+pub(crate) use number::{MISSING, bytes, count, error, figure, ratio, time};
 pub(crate) use plot::{Axis, Plot, Series};
 pub(crate) use section::{Cost, Panel, PanelKind, PictureRow, Section};

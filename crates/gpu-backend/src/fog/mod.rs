@@ -262,11 +262,15 @@ impl Fog {
         device: &wgpu::Device,
         queue: &wgpu::Queue,
     ) -> Result<Vec<PassTime>, ReadError> {
+        let wait = || {
+            device
+                .poll(wgpu::PollType::wait_indefinitely())
+                .map_err(|e| ReadError::Device { what: "pass times", reason: e.to_string() })
+        };
+        wait()?;
         self.end_profiled_frame();
         let Some(profiler) = &mut self.profiler else { return Ok(Vec::new()) };
-        device
-            .poll(wgpu::PollType::wait_indefinitely())
-            .map_err(|e| ReadError::Device { what: "pass times", reason: e.to_string() })?;
+        wait()?;
         let mut last = Vec::new();
         while let Some(frame) = profiler.process_finished_frame(queue.get_timestamp_period()) {
             last = frame;
