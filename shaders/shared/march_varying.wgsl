@@ -23,6 +23,12 @@ override HOFFMAN_PREETHAM: bool = false;
 fn opaque_end(direction: vec3f, piece: vec2f) -> f32 {
     let all = 0.999999 * optical_path(vec3f(), direction, vec2f(piece.x, ENDLESS));
     let enough = min(MARCH_DEPTH / view.least_extinction, all);
+    if DENSITY == HEIGHT_DENSITY && !BOUNDED && direction.y > 0.0 && enough == all {
+        // the millionth that is left lies above y0: a bisection would look for it in the last digits of the path
+        let top = view.height_scale / direction.y;
+        let left = (all / 0.999999) * 1e-6;
+        return max(top * accurate_log(top / left) + view.height_y0 / direction.y, piece.x);
+    }
     var low = piece.x;
     var high = piece.x + 1.0;
     for (var i = 0; i < 100; i++) {

@@ -4,8 +4,8 @@
 #![allow(clippy::print_stdout, reason = "a test that does not run says so")]
 
 use gpu_backend::{
-    DeviceFeatures, Fog, FogDescriptor, Frame, GpuContext, Lamp, SceneDepth, ShadowMap, Shadows, Technique,
-    View,
+    DeviceFeatures, Fog, FogDescriptor, Frame, GpuBvh, GpuContext, Lamp, SceneDepth, ShadowMap, Shadows,
+    Technique, View,
 };
 use hybrid_march::{BruteForce, Occluders};
 use scene::{
@@ -105,6 +105,44 @@ impl Stage {
         map: Option<&ShadowMap>,
         technique: Technique,
     ) -> Vec<[f32; 3]> {
+        self.with_model(gpu, fog, light, map, technique, AirlightModel::Sun)
+    }
+
+    /// Airlight of one light on the GPU, formed by a model.
+    pub fn with_model(
+        &self,
+        gpu: &GpuContext,
+        fog: &mut Fog,
+        light: &Light,
+        map: Option<&ShadowMap>,
+        technique: Technique,
+        model: AirlightModel,
+    ) -> Vec<[f32; 3]> {
+        let shadows = map.map(|map| Shadows::Map { map, casters: self.bvh.bounds() });
+        self.lit(gpu, fog, Lamp { light, shadows }, technique, model)
+    }
+
+    /// Airlight of one light on the GPU with shadow rays.
+    pub fn by_rays_on_gpu(
+        &self,
+        gpu: &GpuContext,
+        fog: &mut Fog,
+        light: &Light,
+        bvh: &GpuBvh,
+        technique: Technique,
+    ) -> Vec<[f32; 3]> {
+        let shadows = Some(Shadows::Rays { bvh, casters: self.bvh.bounds() });
+        self.lit(gpu, fog, Lamp { light, shadows }, technique, AirlightModel::Sun)
+    }
+
+    fn lit(
+        &self,
+        gpu: &GpuContext,
+        fog: &mut Fog,
+        lamp: Lamp<'_>,
+        technique: Technique,
+        model: AirlightModel,
+    ) -> Vec<[f32; 3]> {
         let ends = self.ends_f32();
         let view = View {
             camera: &self.camera,
@@ -112,14 +150,7 @@ impl Stage {
             depth: SceneDepth::Distances(&ends),
             max_distance: f64::INFINITY,
         };
-        let shadows = map.map(|map| Shadows::Map { map, casters: self.bvh.bounds() });
-        let frame = Frame {
-            views: &[view],
-            medium: &self.medium,
-            lamps: &[Lamp { light, shadows }],
-            model: AirlightModel::Sun,
-            technique,
-        };
+        let frame = Frame { views: &[view], medium: &self.medium, lamps: &[lamp], model, technique };
         render(gpu, fog, &frame)
     }
 
@@ -148,7 +179,7 @@ impl Stage {
         self.by_ray(|ray, end| reference.airlight(ray, end).as_vec3().to_array())
     }
 
-    fn by_ray(&self, airlight: impl Fn(&scene::DRay, f64) -> [f32; 3]) -> Vec<[f32; 3]> {
+    pub fn by_ray(&self, airlight: impl Fn(&scene::DRay, f64) -> [f32; 3]) -> Vec<[f32; 3]> {
         let mut pixels = Vec::new();
         for y in 0..self.size.1 {
             for x in 0..self.size.0 {
@@ -177,7 +208,7 @@ pub fn upload(gpu: &GpuContext, map: &DepthMap) -> ShadowMap {
     ShadowMap::upload(&gpu.device, &gpu.queue, map, Bias::NONE).unwrap()
 }
 
-/// ‖a − b‖₂/‖b‖₂ and the 99th percentile of |a − b|/mean b.
+/// ‖a − b‖₂/‖b‖₂ and the 99th percentile of |a − b|/mean b; 0 for two black pictures.
 pub fn compare(a: &[[f32; 3]], b: &[[f32; 3]]) -> (f64, f64) {
     assert_eq!(a.len(), b.len());
     let flat = |p: &[[f32; 3]]| -> Vec<f64> { p.iter().flatten().map(|&v| f64::from(v)).collect() };
@@ -185,8 +216,9 @@ pub fn compare(a: &[[f32; 3]], b: &[[f32; 3]]) -> (f64, f64) {
     assert!(a.iter().all(|v| v.is_finite()), "a value of the picture is not finite");
     let norm = |v: &mut dyn Iterator<Item = f64>| v.map(|x| x * x).sum::<f64>().sqrt();
     let mean = b.iter().sum::<f64>() / b.len() as f64;
-    let mut errors: Vec<f64> = a.iter().zip(&b).map(|(a, b)| (a - b).abs() / mean).collect();
+    let ratio = |a: f64, b: f64| if a == 0.0 { 0.0 } else { a / b };
+    let mut errors: Vec<f64> = a.iter().zip(&b).map(|(a, b)| ratio((a - b).abs(), mean)).collect();
     errors.sort_by(f64::total_cmp);
     let p99 = errors[(0.99 * errors.len() as f64).ceil() as usize - 1];
-    (norm(&mut a.iter().zip(&b).map(|(a, b)| a - b)) / norm(&mut b.iter().copied()), p99)
+    (ratio(norm(&mut a.iter().zip(&b).map(|(a, b)| a - b)), norm(&mut b.iter().copied())), p99)
 }
