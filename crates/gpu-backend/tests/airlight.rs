@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::gpu;
+use common::{core_gpu, gpu};
 use gpu_backend::{AirlightProbe, GpuError, PrepareError, Problem};
 use serde::Deserialize;
 
@@ -72,7 +72,7 @@ fn every_case_is_within_its_bar() {
 
 #[test]
 fn nothing_and_too_much_are_no_panic() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = core_gpu() else { return };
     let probe = AirlightProbe::new(&gpu).unwrap();
     assert!(probe.evaluate(&[]).unwrap().is_empty());
     let problem = Problem { sigma_s: 0.1, sigma_t: 0.1, intensity: 1.0, x_foot: 1.0, h: 1.0, g: 0.0 };

@@ -9,7 +9,7 @@ mod common;
 
 use std::time::Duration;
 
-use common::gpu;
+use common::{core_gpu, gpu};
 use glam::{DVec3, Vec3};
 use gpu_backend::{GpuBvh, GpuContext, OcclusionProbe, PrepareError, ShadowRay};
 use scene::{Bvh, Mesh, Scene, Triangle, WideBvh};
@@ -227,7 +227,7 @@ fn directions_without_length_or_end() {
 
 #[test]
 fn more_than_the_device_takes_is_refused() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = core_gpu() else { return };
     // 48 bytes a triangle, 128 MiB at most
     let strip = (0..2_850_000_u32).flat_map(|i| {
         let corner = Vec3::new((i % 1700) as f32, (i / 1700) as f32, 0.0);

@@ -28,6 +28,11 @@ pub fn gpus() -> Vec<GpuContext> {
     [DeviceFeatures::Core, DeviceFeatures::Everything].into_iter().filter_map(open).collect()
 }
 
+/// The device with core features and limits, alone.
+pub fn core_gpu() -> Option<GpuContext> {
+    gpus().into_iter().next()
+}
+
 /// The device with everything, alone.
 pub fn gpu() -> Option<GpuContext> {
     gpus().pop()
