@@ -50,6 +50,7 @@ mod pass;
 mod probe;
 pub mod shader;
 mod stats;
+mod timing;
 
 pub use bvh::{GpuBvh, OcclusionProbe, ShadowRay, Traced};
 pub use capabilities::{Capabilities, optional_features, required_features, required_limits};

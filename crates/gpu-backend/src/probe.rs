@@ -3,9 +3,8 @@
 //! Twin of `shaders/probe/airlight.wgsl`.
 
 use bytemuck::{Pod, Zeroable};
-use wgpu::util::DeviceExt;
 
-use crate::checked::{check_size, created, prepared, read_buffer};
+use crate::checked::{check_size, created, filled_buffer, prepared, read_buffer};
 use crate::{CreateError, GpuContext, GpuError, PrepareError, shader};
 
 const PASS: &str = "probe/airlight";
@@ -125,13 +124,8 @@ impl<'a> AirlightProbe<'a> {
         }
         let device = &self.gpu.device;
         let readback = prepared(device, PASS, || {
-            let storage = |label, contents: &[u8]| {
-                device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                    label: Some(label),
-                    contents,
-                    usage: wgpu::BufferUsages::STORAGE,
-                })
-            };
+            let storage =
+                |label, contents: &[u8]| filled_buffer(device, label, contents, wgpu::BufferUsages::STORAGE);
             let buffer = |label, usage| {
                 device.create_buffer(&wgpu::BufferDescriptor {
                     label: Some(label),

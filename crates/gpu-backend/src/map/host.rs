@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
 use shadowmap::{Bias, DepthEncoding, DepthOrder, Projection, ProjectionKind};
-use wgpu::util::DeviceExt;
 
 use super::{NOTHING, ShadowMap};
+use crate::checked::filled_buffer;
 use crate::pass::{ComputePass, compute_pipeline, depth_texture, storage_texture, uniform};
 use crate::{CreateError, PrepareError};
 
@@ -149,11 +149,12 @@ impl HostConverter {
 
     /// The pass that reads the host's depth into the heights of `map`.
     pub(crate) fn pass(&self, device: &wgpu::Device, map: &ShadowMap, source: &HostSource) -> ComputePass {
-        let convention = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-            label: Some("depth convention"),
-            contents: bytemuck::bytes_of(&source.convention),
-            usage: wgpu::BufferUsages::UNIFORM,
-        });
+        let convention = filled_buffer(
+            device,
+            "depth convention",
+            bytemuck::bytes_of(&source.convention),
+            wgpu::BufferUsages::UNIFORM,
+        );
         let heights = map.heights.create_view(&wgpu::TextureViewDescriptor {
             dimension: Some(wgpu::TextureViewDimension::D2Array),
             ..Default::default()
