@@ -109,6 +109,16 @@ pub(crate) fn read_buffer<T: bytemuck::Pod>(
     Ok(values)
 }
 
+/// [`PrepareError::TooLarge`] if a buffer of `needed` bytes is more than the device allows.
+pub(crate) fn check_buffer(
+    device: &wgpu::Device,
+    what: &'static str,
+    needed: u64,
+) -> Result<(), PrepareError> {
+    let limit = device.limits().max_buffer_size;
+    if needed > limit { Err(PrepareError::TooLarge { what, needed, limit, unit: "bytes" }) } else { Ok(()) }
+}
+
 /// [`PrepareError::TooLarge`] if a storage buffer of `needed` bytes is more than the device allows.
 pub(crate) fn check_size(device: &wgpu::Device, what: &'static str, needed: u64) -> Result<(), PrepareError> {
     let limits = device.limits();

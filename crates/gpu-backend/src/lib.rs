@@ -42,6 +42,7 @@ mod bvh;
 mod capabilities;
 mod checked;
 mod context;
+mod draw;
 mod error;
 mod fog;
 mod layout;
@@ -55,6 +56,7 @@ mod timing;
 pub use bvh::{GpuBvh, OcclusionProbe, ShadowRay, Traced};
 pub use capabilities::{Capabilities, optional_features, required_features, required_limits};
 pub use context::{DeviceFeatures, GpuContext, software_or_hardware};
+pub use draw::{DepthDrawer, DrawnDepth, DrawnMap, Triangles};
 pub use error::{ContextError, CreateError, GpuError, PrepareError, ReadError};
 pub use fog::{
     CompositeTarget, Fog, FogDescriptor, Frame, Lamp, Lookup, MAX_LIGHTS, SceneDepth, Shadows, Technique,

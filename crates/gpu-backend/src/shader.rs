@@ -41,6 +41,7 @@ pub const SHARED: &[File] = files![
 pub const PASSES: &[File] = files![
     "frame/composite",
     "frame/ray_ends",
+    "map/depth",
     "map/heights",
     "map/pyramid",
     "probe/airlight",
