@@ -1,5 +1,7 @@
 //! Depth drawn on the GPU against the CPU's rasteriser and its rays, and maps that are kept while nothing moves.
 
+#![expect(clippy::unwrap_used, reason = "test code")]
+
 mod common;
 
 use common::{Stage, compare, fog, gpu, gpus, read_floats, render, upload};
