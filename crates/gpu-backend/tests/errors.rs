@@ -340,7 +340,17 @@ fn targets_and_limits() {
 
 /// A device with these limits.
 fn with_limits(required_limits: wgpu::Limits) -> Option<(wgpu::Device, wgpu::Queue)> {
-    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+    open(wgpu::MemoryBudgetThresholds::default(), required_limits)
+}
+
+fn open(
+    memory_budget_thresholds: wgpu::MemoryBudgetThresholds,
+    required_limits: wgpu::Limits,
+) -> Option<(wgpu::Device, wgpu::Queue)> {
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
+        memory_budget_thresholds,
+        ..wgpu::InstanceDescriptor::new_without_display_handle()
+    });
     let adapter = pollster::block_on(instance.request_adapter(&Default::default())).ok()?;
     let descriptor = wgpu::DeviceDescriptor { required_limits, ..Default::default() };
     pollster::block_on(adapter.request_device(&descriptor)).ok()
@@ -348,33 +358,35 @@ fn with_limits(required_limits: wgpu::Limits) -> Option<(wgpu::Device, wgpu::Que
 
 #[test]
 fn memory_that_is_not_there() {
-    // limits without a bound, so that the driver alone says no
-    let limits = wgpu::Limits { max_buffer_size: 1 << 60, ..wgpu::Limits::default() };
-    let Some((device, queue)) = with_limits(limits).or_else(|| with_limits(wgpu::Limits::default())) else {
-        return;
-    };
-    let uncaptured = counted(&device);
-    let size = (device.limits().max_texture_dimension_2d, device.limits().max_texture_dimension_2d);
-    let bounds = scene::Aabb { min: Vec3::NEG_ONE, max: Vec3::ONE };
-    // 6 × 256 MiB at 8192² a map, and as much again for its heights: kept until the driver has no more
-    let mut kept = Vec::new();
-    for _ in 0..2 {
+    // a share of the memory so small that a cube of 8192² texels does not fit, and none at all
+    for percent in [1, 0] {
+        let budget =
+            wgpu::MemoryBudgetThresholds { for_resource_creation: Some(percent), for_device_loss: None };
+        let Some((device, queue)) = open(budget, wgpu::Limits::default()) else { return };
+        let uncaptured = counted(&device);
+        let gpu = GpuContext { info: device.adapter_info(), device, queue };
+        let side = gpu.device.limits().max_texture_dimension_2d;
+        let bounds = scene::Aabb { min: Vec3::NEG_ONE, max: Vec3::ONE };
         let projection = Projection::cube(DVec3::ZERO).unwrap();
-        match DrawnMap::new(&device, projection, size, &bounds, Bias::NONE) {
-            Ok(map) => kept.push(map),
+        match DrawnMap::new(&gpu.device, projection, (side, side), &bounds, Bias::NONE) {
+            // the driver does not say what it has
+            Ok(_) => println!("a cube of {side} texels fits into {percent} % of the memory"),
+            Err(error) => assert!(matches!(error, PrepareError::Device { .. }), "{error:?}"),
+        }
+        let triangle = [Vec3::ZERO, Vec3::X, Vec3::Y];
+        let triangles = Triangles::upload(&gpu.device, &[triangle]);
+        match Fog::new(&gpu.device, &FogDescriptor::default()) {
+            Ok(mut fog) => {
+                let picture = Parts::good().with(|frame| render(&gpu, &mut fog, frame));
+                assert!(picture.iter().flatten().all(|value| *value > 0.0) && triangles.is_ok());
+            }
             Err(error) => {
-                assert!(matches!(error, PrepareError::Device { .. }), "{error:?}");
-                break;
+                assert!(percent == 0 && error.to_string().contains("memory"), "{error}");
+                println!("{error}; {}", triangles.unwrap_err());
             }
         }
+        assert_eq!(uncaptured.load(Ordering::Relaxed), 0);
     }
-    println!("{} maps of {size:?} fit", kept.len());
-    drop(kept);
-    let gpu = GpuContext { info: device.adapter_info(), device, queue };
-    let mut fog = Fog::new(&gpu.device, &FogDescriptor::default()).unwrap();
-    let picture = Parts::good().with(|frame| render(&gpu, &mut fog, frame));
-    assert!(picture.iter().flatten().all(|value| *value > 0.0));
-    assert_eq!(uncaptured.load(Ordering::Relaxed), 0);
 }
 
 /// Whether an error says that the device is gone.
