@@ -1,7 +1,7 @@
 //! What cannot work is an error with words: no panic, and nothing reaches the host's error handler. After an error the
 //! same fog makes a good frame.
 
-#![expect(clippy::unwrap_used, reason = "test code")]
+#![expect(clippy::unwrap_used, clippy::print_stdout, reason = "test code")]
 
 mod common;
 
