@@ -2,7 +2,8 @@
 //!
 //! Two ways in. A renderer that has its own device adds fog in four calls: [`Fog::new`], then for every frame
 //! [`Fog::prepare`], [`Fog::encode`] and [`Fog::composite`]; it hands over its depth buffer and its shadow maps with a type
-//! that names their convention. Without a renderer, [`GpuContext::headless`] opens a device and [`Fog::read_airlight`]
+//! that names their convention (`examples/host` is such a renderer); [`DepthDrawer`] draws both for one that has none.
+//! Without a renderer, [`GpuContext::headless`] opens a device and [`Fog::read_airlight`]
 //! gives the picture. Shadow rays through a hierarchy are traced by [`GpuBvh`] and [`OcclusionProbe`].
 //!
 //! ```no_run

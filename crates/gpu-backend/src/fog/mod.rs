@@ -123,6 +123,9 @@ impl Fog {
 
     /// Uploads a frame and decides what it needs; nothing is submitted.
     ///
+    /// The commands of the frame before should be submitted by then: what is uploaded here (ends of rays that are no
+    /// depth buffer, light textures, density) is there before any commands that are submitted later.
+    ///
     /// # Errors
     /// [`PrepareError`] names what does not fit: too many lights, a view or map that is too large, a texture of the
     /// wrong format, a feature that the technique cannot take, a device that is lost. Nothing of the frame before is left.
