@@ -2,7 +2,8 @@
 //!
 //! Two ways in. A renderer that has its own device adds fog in four calls: [`Fog::new`], then for every frame
 //! [`Fog::prepare`], [`Fog::encode`] and [`Fog::composite`]; it hands over its depth buffer and its shadow maps with a type
-//! that names their convention. Without a renderer, [`GpuContext::headless`] opens a device and [`Fog::read_airlight`]
+//! that names their convention (`examples/host` is such a renderer); [`DepthDrawer`] draws both for one that has none.
+//! Without a renderer, [`GpuContext::headless`] opens a device and [`Fog::read_airlight`]
 //! gives the picture. Shadow rays through a hierarchy are traced by [`GpuBvh`] and [`OcclusionProbe`].
 //!
 //! ```no_run
@@ -42,6 +43,7 @@ mod bvh;
 mod capabilities;
 mod checked;
 mod context;
+mod draw;
 mod error;
 mod fog;
 mod layout;
@@ -50,10 +52,12 @@ mod pass;
 mod probe;
 pub mod shader;
 mod stats;
+mod timing;
 
 pub use bvh::{GpuBvh, OcclusionProbe, ShadowRay, Traced};
 pub use capabilities::{Capabilities, optional_features, required_features, required_limits};
 pub use context::{DeviceFeatures, GpuContext, software_or_hardware};
+pub use draw::{DepthDrawer, DrawnDepth, DrawnMap, Triangles};
 pub use error::{ContextError, CreateError, GpuError, PrepareError, ReadError};
 pub use fog::{
     CompositeTarget, Fog, FogDescriptor, Frame, Lamp, Lookup, MAX_LIGHTS, SceneDepth, Shadows, Technique,

@@ -44,6 +44,7 @@ pub const SHARED: &[File] = files![
 pub const PASSES: &[File] = files![
     "frame/composite",
     "frame/ray_ends",
+    "map/depth",
     "map/heights",
     "map/pyramid",
     "probe/airlight",

@@ -4,10 +4,9 @@
 
 use bytemuck::{Pod, Zeroable};
 use scene::{Triangle, WideBvh, WideNode};
-use wgpu::util::DeviceExt;
 
 use crate::PrepareError;
-use crate::checked::{check_size, prepared};
+use crate::checked::{check_size, filled_buffer, prepared};
 
 mod probe;
 
@@ -107,13 +106,7 @@ impl GpuBvh {
             nodes.push(GpuNode::zeroed());
             triangles.push(GpuTriangle::zeroed());
         }
-        let storage = |label, contents| {
-            device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                label: Some(label),
-                contents,
-                usage: wgpu::BufferUsages::STORAGE,
-            })
-        };
+        let storage = |label, contents| filled_buffer(device, label, contents, wgpu::BufferUsages::STORAGE);
         prepared(device, UPLOAD, || Self {
             nodes: storage("bvh nodes", bytemuck::cast_slice(&nodes)),
             triangles: storage("bvh triangles", bytemuck::cast_slice(&triangles)),

@@ -4,14 +4,13 @@ use std::sync::Arc;
 
 use scene::{Light, LightTexture};
 use shadowmap::{MapSurface, Outside, ProjectionKind};
-use wgpu::util::DeviceExt;
 
 use super::frame::{Frame, Lamp, Lookup, Technique};
 use super::layout::{Layouts, StandIns};
 use super::plan::{Shader, Variant, Work};
 use super::write_texture;
 use crate::PrepareError;
-use crate::checked::prepared;
+use crate::checked::{filled_buffer, prepared};
 use crate::layout::{Basis, LightUniform};
 
 /// Checks that every map can serve its light.
@@ -87,11 +86,7 @@ pub(super) fn group(
     uniform: &LightUniform,
     pictures: &[Option<wgpu::TextureView>],
 ) -> wgpu::BindGroup {
-    let buffer = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-        label: Some("fog light"),
-        contents: bytemuck::bytes_of(uniform),
-        usage: wgpu::BufferUsages::UNIFORM,
-    });
+    let buffer = filled_buffer(device, "fog light", bytemuck::bytes_of(uniform), wgpu::BufferUsages::UNIFORM);
     let map = work.lamp.and_then(|index| frame.lamps[index].shadows).and_then(|shadows| shadows.map());
     let array = |texture: &wgpu::Texture| {
         texture.create_view(&wgpu::TextureViewDescriptor {

@@ -11,8 +11,6 @@ mod targets;
 use std::collections::HashMap;
 
 use scene::{Density, DensityGrid, Medium};
-use wgpu::util::DeviceExt;
-use wgpu_profiler::{GpuProfiler, GpuProfilerSettings};
 
 pub use composite::CompositeTarget;
 use composite::CompositeVariant;
@@ -23,10 +21,11 @@ use ray_ends::RayEnds;
 use targets::{Targets, check_view, ends};
 
 use crate::capabilities::check_limits;
-use crate::checked::{prepared, read_buffer};
+use crate::checked::{created, filled_buffer, prepared, read_buffer};
 use crate::layout::{Basis, ViewUniform};
 use crate::map::{HostConverter, Pyramid, PyramidBuilder};
 use crate::pass::{ComputePass, compute_pipeline};
+use crate::timing::PassTimer;
 use crate::{CreateError, FrameStats, PassTime, PrepareError, ReadError, ShadowMap};
 
 /// How a [`Fog`] is made.
@@ -52,9 +51,7 @@ pub struct Fog {
     pyramids: PyramidBuilder,
     converter: HostConverter,
     ray_ends: RayEnds,
-    profiler: Option<GpuProfiler>,
-    /// Whether the profiler holds a frame that has not been ended.
-    encoded: bool,
+    timer: Option<PassTimer>,
     views: Vec<ViewState>,
     passes: Vec<ComputePass>,
     /// What the passes make of the maps.
@@ -103,24 +100,18 @@ impl Fog {
                 return Err(CreateError::Format(target.format));
             }
         }
-        let settings = GpuProfilerSettings { enable_debug_groups: false, ..Default::default() };
-        let profiler = device
-            .features()
-            .contains(wgpu::Features::TIMESTAMP_QUERY)
-            .then(|| GpuProfiler::new(device, settings).ok())
-            .flatten();
+        let (layouts, stand_ins) = created(device, "fog", || (Layouts::new(device), StandIns::new(device)))?;
         Ok(Self {
             label: descriptor.label.unwrap_or("fog").to_owned(),
             target: descriptor.target,
-            layouts: Layouts::new(device),
-            stand_ins: StandIns::new(device),
+            layouts,
+            stand_ins,
             scatter: HashMap::new(),
             composite: HashMap::new(),
             pyramids: PyramidBuilder::new(device)?,
             converter: HostConverter::new(device)?,
             ray_ends: RayEnds::new(device)?,
-            profiler,
-            encoded: false,
+            timer: None,
             views: Vec::new(),
             passes: Vec::new(),
             building: Vec::new(),
@@ -132,6 +123,9 @@ impl Fog {
 
     /// Uploads a frame and decides what it needs; nothing is submitted.
     ///
+    /// The commands of the frame before should be submitted by then: what is uploaded here (ends of rays that are no
+    /// depth buffer, light textures, density) is there before any commands that are submitted later.
+    ///
     /// # Errors
     /// [`PrepareError`] names what does not fit: too many lights, a view or map that is too large, a texture of the
     /// wrong format, a feature that the technique cannot take, a device that is lost. Nothing of the frame before is left.
@@ -141,6 +135,11 @@ impl Fog {
         queue: &wgpu::Queue,
         frame: &Frame<'_>,
     ) -> Result<(), PrepareError> {
+        // whatever fails below, nothing of this frame or the one before can be encoded or drawn
+        self.passes.clear();
+        self.building.clear();
+        self.stats = FrameStats::default();
+        let mut old: Vec<Targets> = self.views.drain(..).map(|view| view.targets).collect();
         if frame.lamps.len() > MAX_LIGHTS {
             return Err(PrepareError::TooManyLights { got: frame.lamps.len(), most: MAX_LIGHTS });
         }
@@ -157,11 +156,9 @@ impl Fog {
         let pictures = self.pictures.of(device, queue, frame.lamps)?;
         let mut stats = FrameStats::default();
         let mut passes = Vec::new();
-        let building = self.map_passes(device, frame, &work, &mut passes, &mut stats)?;
+        let building =
+            prepared(device, "the maps", || self.map_passes(device, frame, &work, &mut passes, &mut stats))??;
         let mut views = Vec::new();
-        self.passes.clear();
-        self.building.clear();
-        let mut old: Vec<Targets> = self.views.drain(..).map(|view| view.targets).collect();
         for view in frame.views {
             // a view of the same size keeps its textures
             let targets = match old.iter().position(|targets| targets.size == view.size) {
@@ -190,6 +187,7 @@ impl Fog {
                 }
             }
         }
+        self.timer = PassTimer::reserve(device, self.timer.take(), passes.len())?;
         stats.passes = passes.iter().map(|pass| pass.label.clone()).collect();
         stats.bytes += views.iter().map(|view| view.targets.bytes()).sum::<u64>() + self.pictures.bytes();
         (self.views, self.passes, self.building, self.stats) = (views, passes, building, stats);
@@ -198,22 +196,13 @@ impl Fog {
 
     /// Encodes the prepared frame's passes; may be called again for the same frame.
     pub fn encode(&mut self, encoder: &mut wgpu::CommandEncoder) {
-        self.end_profiled_frame();
         encoder.push_debug_group(&self.label);
-        for pass in &self.passes {
-            match &self.profiler {
-                Some(profiler) => {
-                    let query = profiler.begin_pass_query(pass.label.as_str(), encoder);
-                    pass.encode(encoder, query.compute_pass_timestamp_writes());
-                    profiler.end_query(encoder, query);
-                }
-                None => pass.encode(encoder, None),
-            }
+        for (pass, index) in self.passes.iter().zip(0..) {
+            pass.encode(encoder, self.timer.as_ref().map(|timer| timer.writes(index)));
         }
         encoder.pop_debug_group();
-        if let Some(profiler) = &mut self.profiler {
-            profiler.resolve_queries(encoder);
-            self.encoded = true;
+        if let Some(timer) = &mut self.timer {
+            timer.resolve(encoder, self.passes.iter().map(|pass| pass.label.as_str()));
         }
         for change in &self.building {
             change.map.mark_converted(change.version);
@@ -262,27 +251,7 @@ impl Fog {
         device: &wgpu::Device,
         queue: &wgpu::Queue,
     ) -> Result<Vec<PassTime>, ReadError> {
-        let wait = || {
-            device
-                .poll(wgpu::PollType::wait_indefinitely())
-                .map_err(|e| ReadError::Device { what: "pass times", reason: e.to_string() })
-        };
-        wait()?;
-        self.end_profiled_frame();
-        let Some(profiler) = &mut self.profiler else { return Ok(Vec::new()) };
-        wait()?;
-        let mut last = Vec::new();
-        while let Some(frame) = profiler.process_finished_frame(queue.get_timestamp_period()) {
-            last = frame;
-        }
-        let time = |range: std::ops::Range<f64>| (range.end - range.start) * 1e3;
-        Ok(last
-            .into_iter()
-            .map(|result| PassTime {
-                name: result.label,
-                ms: result.time.map(time).filter(|&ms| ms > 0.0 && ms.is_finite()),
-            })
-            .collect())
+        self.timer.as_mut().map_or(Ok(Vec::new()), |timer| timer.read(device, queue))
     }
 
     /// Airlight of a view, row-major, once the frame's commands are submitted; submits a copy and waits for it.
@@ -332,16 +301,6 @@ impl Fog {
             pixels.extend(row.into_iter().map(|[r, g, b, _]| [r, g, b]));
         }
         Ok(pixels)
-    }
-
-    /// Tells the profiler that the commands of the last encoded frame have been submitted.
-    fn end_profiled_frame(&mut self) {
-        if std::mem::take(&mut self.encoded)
-            && let Some(profiler) = &mut self.profiler
-        {
-            // fails only if a query was left open, which encode never does
-            let _ = profiler.end_frame();
-        }
     }
 
     fn scatter_pipeline(&mut self, device: &wgpu::Device, variant: Variant) -> Result<(), CreateError> {
@@ -411,11 +370,8 @@ impl Fog {
         let uniform = ViewUniform::new(view.camera, view.size, view.max_distance, frame.medium);
         let (width, height) = view.size;
         prepared(device, "a view", || {
-            let uniform = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                label: Some("fog view"),
-                contents: bytemuck::bytes_of(&uniform),
-                usage: wgpu::BufferUsages::UNIFORM,
-            });
+            let uniform =
+                filled_buffer(device, "fog view", bytemuck::bytes_of(&uniform), wgpu::BufferUsages::UNIFORM);
             if let SceneDepth::Buffer { texture, order, near, far } = view.depth {
                 passes.push(self.ray_ends.pass(
                     device,

@@ -2,9 +2,9 @@
 
 use bytemuck::{Pod, Zeroable};
 use shadowmap::DepthOrder;
-use wgpu::util::DeviceExt;
 
 use crate::CreateError;
+use crate::checked::filled_buffer;
 use crate::pass::{ComputePass, compute_pipeline, depth_texture, storage_texture, uniform};
 
 const PASS: &str = "frame/ray_ends";
@@ -58,11 +58,12 @@ impl RayEnds {
             DepthOrder::Reversed => (far, near - far, 0.0),
         };
         let convention = Convention { scale: scale as f32, offset: offset as f32, far: nothing, _pad: 0.0 };
-        let convention = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-            label: Some("depth convention"),
-            contents: bytemuck::bytes_of(&convention),
-            usage: wgpu::BufferUsages::UNIFORM,
-        });
+        let convention = filled_buffer(
+            device,
+            "depth convention",
+            bytemuck::bytes_of(&convention),
+            wgpu::BufferUsages::UNIFORM,
+        );
         let depths = depth.create_view(&wgpu::TextureViewDescriptor {
             aspect: wgpu::TextureAspect::DepthOnly,
             dimension: Some(wgpu::TextureViewDimension::D2),

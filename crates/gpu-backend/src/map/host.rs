@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
 use shadowmap::{Bias, DepthEncoding, DepthOrder, Projection, ProjectionKind};
-use wgpu::util::DeviceExt;
 
 use super::{NOTHING, ShadowMap};
+use crate::checked::filled_buffer;
 use crate::pass::{ComputePass, compute_pipeline, depth_texture, storage_texture, uniform};
 use crate::{CreateError, PrepareError};
 
@@ -98,11 +98,39 @@ impl ShadowMap {
         projection: Projection,
         bias: Bias,
     ) -> Result<Self, PrepareError> {
+        let source = HostSource::new(depth, &projection, bias)?;
+        let mut map = Self::empty(device, projection, (depth.texture.width(), depth.texture.height()))?;
+        map.host = Some(Arc::new(source));
+        Ok(map)
+    }
+
+    /// The same map for a light that sees through another projection of the same kind, or of another depth texture of
+    /// the same size; it is read again by the next frame.
+    ///
+    /// # Errors
+    /// [`PrepareError::Texture`] if the texture has another size or the projection another kind, else as
+    /// [`ShadowMap::from_host`].
+    pub fn update_host(
+        &mut self,
+        depth: HostDepth<'_>,
+        projection: Projection,
+        bias: Bias,
+    ) -> Result<(), PrepareError> {
+        self.check_same((depth.texture.width(), depth.texture.height()), &projection)?;
+        self.host = Some(Arc::new(HostSource::new(depth, &projection, bias)?));
+        self.projection = projection;
+        self.touch();
+        Ok(())
+    }
+}
+
+impl HostSource {
+    fn new(depth: HostDepth<'_>, projection: &Projection, bias: Bias) -> Result<Self, PrepareError> {
         let HostDepth { texture, order, near, far } = depth;
         let flat = projection.kind() == ProjectionKind::Orthographic;
-        check_depth_texture("the shadow map's depth texture", texture, projection.faces().len() as u32)?;
-        DepthEncoding::Device { order, near, far }.check(&projection)?;
-        let mut map = Self::empty(device, projection, (texture.width(), texture.height()))?;
+        let faces = projection.faces().len() as u32;
+        check_depth_texture("the shadow map's depth texture", texture, faces)?;
+        DepthEncoding::Device { order, near, far }.check(projection)?;
         let (scale, offset) = height_of_device(order, near, far, flat);
         let convention = Convention {
             scale: scale as f32,
@@ -117,11 +145,11 @@ impl ShadowMap {
             label: Some("host shadow map"),
             dimension: Some(wgpu::TextureViewDimension::D2Array),
             aspect: wgpu::TextureAspect::DepthOnly,
-            array_layer_count: Some(map.projection.faces().len() as u32),
+            array_layer_count: Some(faces),
+            mip_level_count: Some(1),
             ..Default::default()
         });
-        map.host = Some(Arc::new(HostSource { view, convention }));
-        Ok(map)
+        Ok(Self { view, convention })
     }
 }
 
@@ -149,11 +177,12 @@ impl HostConverter {
 
     /// The pass that reads the host's depth into the heights of `map`.
     pub(crate) fn pass(&self, device: &wgpu::Device, map: &ShadowMap, source: &HostSource) -> ComputePass {
-        let convention = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-            label: Some("depth convention"),
-            contents: bytemuck::bytes_of(&source.convention),
-            usage: wgpu::BufferUsages::UNIFORM,
-        });
+        let convention = filled_buffer(
+            device,
+            "depth convention",
+            bytemuck::bytes_of(&source.convention),
+            wgpu::BufferUsages::UNIFORM,
+        );
         let heights = map.heights.create_view(&wgpu::TextureViewDescriptor {
             dimension: Some(wgpu::TextureViewDimension::D2Array),
             ..Default::default()

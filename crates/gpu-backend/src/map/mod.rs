@@ -79,23 +79,30 @@ impl ShadowMap {
         map: &DepthMap,
         bias: Bias,
     ) -> Result<(), PrepareError> {
-        if map.size() != self.size || map.projection().kind() != self.projection.kind() {
-            let text = |(width, height): (u32, u32), projection: &Projection| {
-                format!("{width} x {height} texels, {:?}", projection.kind())
-            };
-            return Err(PrepareError::Texture {
-                what: "the new map",
-                got: text(map.size(), map.projection()),
-                wanted: text(self.size, &self.projection),
-            });
-        }
+        self.check_same(map.size(), map.projection())?;
         self.projection = map.projection().clone();
+        self.host = None;
         let heights = heights_of(map, bias);
         prepared(device, "the shadow map", || {
             write_layers(queue, &self.heights, bytemuck::cast_slice(&heights), size_of::<f32>() as u32);
         })?;
         self.touch();
         Ok(())
+    }
+
+    /// Refuses a map that does not fit in the place of this one.
+    fn check_same(&self, size: (u32, u32), projection: &Projection) -> Result<(), PrepareError> {
+        if size == self.size && projection.kind() == self.projection.kind() {
+            return Ok(());
+        }
+        let text = |(width, height): (u32, u32), projection: &Projection| {
+            format!("{width} x {height} texels, {:?}", projection.kind())
+        };
+        Err(PrepareError::Texture {
+            what: "the new map",
+            got: text(size, projection),
+            wanted: text(self.size, &self.projection),
+        })
     }
 
     /// With the moments that variance lookups need.
@@ -139,18 +146,13 @@ impl ShadowMap {
         projection: Projection,
         size: (u32, u32),
     ) -> Result<Self, PrepareError> {
-        let limit = device.limits().max_texture_dimension_2d;
-        let side = size.0.max(size.1);
-        if side > limit {
-            return Err(PrepareError::TooLarge {
-                what: "the shadow map's side",
-                needed: side.into(),
-                limit: limit.into(),
-                unit: "texels",
-            });
+        check_side(device, "the shadow map's side", size, "texels")?;
+        let (width, height) = size;
+        if width == 0 || height == 0 {
+            return Err(shadowmap::ShadowMapError::Size { width, height }.into());
         }
-        if size.0 == 0 || size.1 == 0 {
-            return Err(shadowmap::ShadowMapError::Size { width: size.0, height: size.1 }.into());
+        if projection.kind() == ProjectionKind::Cube && width != height {
+            return Err(shadowmap::ShadowMapError::NotSquare { width, height }.into());
         }
         let outside = match projection.kind() {
             ProjectionKind::Perspective => Outside::Dark,
@@ -260,6 +262,20 @@ impl ShadowMap {
         let made = prepared(device, "the map's pyramid", || Pyramid::new(device, self, surface))?;
         Ok(slot.get_or_init(|| made).clone())
     }
+}
+
+/// [`PrepareError::TooLarge`] if a texture's side is more than the device allows.
+pub(crate) fn check_side(
+    device: &wgpu::Device,
+    what: &'static str,
+    size: (u32, u32),
+    unit: &'static str,
+) -> Result<(), PrepareError> {
+    let (needed, limit) = (size.0.max(size.1), device.limits().max_texture_dimension_2d);
+    if needed > limit {
+        return Err(PrepareError::TooLarge { what, needed: needed.into(), limit: limit.into(), unit });
+    }
+    Ok(())
 }
 
 fn extent(projection: &Projection, size: (u32, u32)) -> wgpu::Extent3d {

@@ -7,11 +7,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use shadowmap::MapSurface;
-use wgpu::util::DeviceExt;
 
 use super::ShadowMap;
 use crate::CreateError;
-use crate::checked::created;
+use crate::checked::{created, filled_buffer};
 use crate::pass::{ComputePass, compute_pipeline, storage_texture, texture, uniform};
 
 const PASS: &str = "map/pyramid";
@@ -194,11 +193,12 @@ impl PyramidBuilder {
         cells: (u32, u32),
         faces: u32,
     ) -> ComputePass {
-        let size = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-            label: Some("pyramid size"),
-            contents: bytemuck::cast_slice(&[cells.0, cells.1, 0, 0]),
-            usage: wgpu::BufferUsages::UNIFORM,
-        });
+        let size = filled_buffer(
+            device,
+            "pyramid size",
+            bytemuck::cast_slice(&[cells.0, cells.1, 0, 0]),
+            wgpu::BufferUsages::UNIFORM,
+        );
         let mut entries =
             vec![wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(input) }];
         entries.extend(outputs.iter().zip(1..).map(|(view, binding)| wgpu::BindGroupEntry {

@@ -3,12 +3,10 @@
 mod airlight;
 mod special;
 
-use wgpu::util::DeviceExt;
-
 pub use airlight::{AirlightProbe, Problem};
 pub use special::{SunProbe, SunProblem};
 
-use crate::checked::{check_size, created, prepared, read_buffer};
+use crate::checked::{check_size, created, filled_buffer, prepared, read_buffer};
 use crate::{CreateError, GpuContext, GpuError, PrepareError, shader};
 
 /// Threads of a workgroup, as in the shaders.
@@ -74,13 +72,7 @@ impl<'a> ArrayPass<'a> {
                 buffer("probe readback", wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST);
             let mut buffers: Vec<wgpu::Buffer> = inputs
                 .iter()
-                .map(|(what, contents)| {
-                    device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                        label: Some(what),
-                        contents,
-                        usage: wgpu::BufferUsages::STORAGE,
-                    })
-                })
+                .map(|(what, contents)| filled_buffer(device, what, contents, wgpu::BufferUsages::STORAGE))
                 .collect();
             buffers.push(results.clone());
             let entries: Vec<_> = buffers

@@ -3,6 +3,7 @@
 #![allow(missing_debug_implementations, missing_docs, clippy::unwrap_used, reason = "helpers of tests")]
 #![allow(clippy::print_stdout, reason = "a test that does not run says so")]
 
+use gpu_backend::wgpu;
 use gpu_backend::{
     DeviceFeatures, Fog, FogDescriptor, Frame, GpuBvh, GpuContext, Lamp, SceneDepth, ShadowMap, Shadows,
     Technique, View,
@@ -226,4 +227,44 @@ pub fn compare(a: &[[f32; 3]], b: &[[f32; 3]]) -> (f64, f64) {
     errors.sort_by(f64::total_cmp);
     let p99 = errors[(0.99 * errors.len() as f64).ceil() as usize - 1];
     (ratio(norm(&mut a.iter().zip(&b).map(|(a, b)| a - b)), norm(&mut b.iter().copied())), p99)
+}
+
+/// The bytes of a texture, layer after layer and row after row without padding; submits a copy and waits.
+pub fn read_texture(device: &wgpu::Device, queue: &wgpu::Queue, texture: &wgpu::Texture) -> Vec<u8> {
+    let size = texture.size();
+    let texel = texture.format().block_copy_size(None).unwrap();
+    let stride = (texel * size.width).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+    let buffer = device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("texture readback"),
+        size: u64::from(stride * size.height * size.depth_or_array_layers),
+        usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    });
+    let mut encoder = device.create_command_encoder(&Default::default());
+    encoder.copy_texture_to_buffer(
+        texture.as_image_copy(),
+        wgpu::TexelCopyBufferInfo {
+            buffer: &buffer,
+            layout: wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(stride),
+                rows_per_image: Some(size.height),
+            },
+        },
+        size,
+    );
+    queue.submit([encoder.finish()]);
+    buffer.map_async(wgpu::MapMode::Read, .., |result| result.unwrap());
+    device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+    let mapped = buffer.get_mapped_range(..).unwrap();
+    let rows = mapped.chunks_exact(stride as usize);
+    rows.flat_map(|row| row[..(texel * size.width) as usize].to_vec()).collect()
+}
+
+/// [`read_texture`] of 32-bit floats.
+pub fn read_floats(device: &wgpu::Device, queue: &wgpu::Queue, texture: &wgpu::Texture) -> Vec<f32> {
+    read_texture(device, queue, texture)
+        .chunks_exact(4)
+        .map(|bytes| f32::from_le_bytes(bytes.try_into().unwrap()))
+        .collect()
 }
