@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use clap::ValueEnum;
+use scene::Light;
 use shadowmap::{DepthMap, draw_maps_for};
 
 use crate::failure::{Failure, Outcome};
@@ -10,6 +11,9 @@ use crate::scene_args::Setup;
 
 /// Texels along a side where none are given (of each face for a point light).
 pub(crate) const DEFAULT_SIDE: u32 = 1024;
+
+/// Most texels of all maps of a frame together: 4 GiB, pyramids not counted.
+const MOST_TEXELS: u64 = 1 << 30;
 
 /// `--map-surface`.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
@@ -89,6 +93,14 @@ impl Maps {
     /// linear meaning, which would cut the cone otherwise.
     pub(crate) fn draw(setup: &Setup, options: &MapOptions) -> Outcome<Self> {
         options.check()?;
+        let faces = |light: &Light| if matches!(light, Light::Point(_)) { 6 } else { 1 };
+        let texels = setup.lights.iter().map(faces).sum::<u64>() * u64::from(options.side).pow(2);
+        if texels > MOST_TEXELS && setup.scene.triangle_count() > 0 {
+            return Err(Failure::input(format!(
+                "--shadow-map {}: the maps of all lights together need {texels} texels, more than {MOST_TEXELS}",
+                options.side
+            )));
+        }
         let started = Instant::now();
         let maps = draw_maps_for(&setup.lights, &setup.scene, options.side, options.surface.into())
             .map_err(|e| Failure::input(format!("--shadow-map {}: {e}", options.side)))?;

@@ -1,0 +1,114 @@
+//! The command line on a GPU: the same pictures as on the CPU, and refusals that say what to do instead.
+
+use airlight_tests::cli::{Desk, all_right};
+use serde_json::Value;
+
+/// A desk with a GPU; `None` where there is none, which fails if `REQUIRE_GPU` is set.
+fn desk() -> Option<Desk> {
+    let desk = Desk::with_gpu();
+    let ended =
+        desk.run("render procedural:slats -o out/probe.npy --size 4x4 --backend gpu --technique brute-force");
+    if ended.code == 0 {
+        return Some(desk);
+    }
+    assert!(std::env::var_os("REQUIRE_GPU").is_none(), "REQUIRE_GPU is set, but: {}", ended.stderr);
+    println!("GPU test did not run: {}", ended.stderr);
+    None
+}
+
+const SCENE: &str = "procedural:slats --size 48x48 --shadow-map 128";
+
+#[test]
+fn pictures_are_those_of_the_cpu() {
+    let Some(desk) = desk() else { return };
+    for technique in [
+        "brute-force --samples 400 --visibility map",
+        "brute-force --samples 400 --visibility map --map-surface linear",
+        "brute-force --samples 400 --visibility bvh",
+        "exact-shadow-map",
+        "exact-shadow-map --map-surface linear --unshadowed",
+        "exact-shadow-map --phase rayleigh-mie:0.6:0.3 --sigma-a 0.02,0,0.1",
+    ] {
+        for backend in ["gpu", "cpu"] {
+            desk.done(&format!(
+                "render {SCENE} -o out/{backend}.npy --airlight-only --backend {backend} --technique {technique}"
+            ));
+        }
+        let found: Value =
+            serde_json::from_str(&desk.done("compare out/gpu.npy out/cpu.npy").stdout).unwrap();
+        let (rmse, p99) = (found["rel_rmse"].as_f64().unwrap(), found["p99"].as_f64().unwrap());
+        assert!(rmse < 3e-4 && p99 < 1e-3, "{technique}: {found}");
+    }
+}
+
+#[test]
+fn what_ran_is_said() {
+    let Some(desk) = desk() else { return };
+    desk.done(&format!(
+        "render {SCENE} -o out/a.npy --backend gpu --technique exact-shadow-map --json out/a.json --against exact"
+    ));
+    let said: Value =
+        serde_json::from_str(&std::fs::read_to_string(desk.path("out/a.json")).unwrap()).unwrap();
+    assert_ne!(said["adapter"]["name"], "CPU", "{said}");
+    assert_eq!(said["adapter"]["backend"], "vulkan", "{said}");
+    assert!(
+        said["ms"].as_f64().unwrap() > 0.0 && said["error"]["shadow_err"].as_f64().unwrap() < 0.1,
+        "{said}"
+    );
+    assert_eq!(said["samples"], 0, "{said}");
+    // a march on the GPU looks maps up unless told otherwise
+    desk.done(&format!(
+        "render {SCENE} -o out/b.npy --backend gpu --technique brute-force --json out/b.json"
+    ));
+    let said: Value =
+        serde_json::from_str(&std::fs::read_to_string(desk.path("out/b.json")).unwrap()).unwrap();
+    assert!(said["shadow_map"].is_object() && said["rays"] == 0, "{said}");
+}
+
+#[test]
+fn what_the_gpu_lacks_is_refused_there_and_done_elsewhere() {
+    let Some(desk) = desk() else { return };
+    let nine = " --point-light 0,2,0:9".repeat(9);
+    all_right([
+        desk.misrefused(&format!("render {SCENE} -o out/x.npy --backend gpu"), "--backend gpu: exact"),
+        desk.misrefused(
+            &format!("render {SCENE} -o out/x.npy --backend gpu --technique exact-shadow-map{nine}"),
+            "9 lights",
+        ),
+        desk.misrefused(
+            &format!("render {SCENE} -o out/x.npy --backend gpu --technique exact-shadow-map --model hoffman-preetham"),
+            "Hoffman",
+        ),
+        desk.misrefused(
+            "render procedural:slats --size 4x4 --shadow-map 16384 -o out/x.npy --technique exact-shadow-map",
+            "--shadow-map 16384",
+        ),
+    ]);
+    // the CPU takes nine lights
+    desk.done(&format!("render {SCENE} -o out/nine.npy --technique exact-shadow-map{nine}"));
+}
+
+#[test]
+fn eval_fills_what_the_gpu_computes() {
+    let Some(desk) = desk() else { return };
+    for (kind, file) in [
+        ("f", "F_public.json"),
+        ("airlight", "airlight_public.json"),
+        ("intervals", "multi_interval_public.json"),
+    ] {
+        let cases = airlight_tests::data(file);
+        desk.done(&format!("eval {kind} {} -o out/{kind}.json", cases.display()));
+        let results: Vec<Value> =
+            serde_json::from_str(&std::fs::read_to_string(desk.path(&format!("out/{kind}.json"))).unwrap())
+                .unwrap();
+        let filled: Vec<(f64, f64)> = results
+            .iter()
+            .filter_map(|result| Some((result["gpu"].as_f64()?, result["f32"].as_f64()?)))
+            .collect();
+        assert!(filled.len() * 2 > results.len(), "{kind}: {} of {}", filled.len(), results.len());
+        // the bars themselves are held against exact values by the backend's own tests
+        let close = |&&(gpu, narrow): &&(f64, f64)| (gpu - narrow).abs() <= 1e-4 * narrow.abs() + 1e-37;
+        let agreeing = filled.iter().filter(close).count();
+        assert!(agreeing * 100 >= filled.len() * 97, "{kind}: {agreeing} of {} agree", filled.len());
+    }
+}
