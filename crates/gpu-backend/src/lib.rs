@@ -3,7 +3,8 @@
 //! Two ways in. A renderer that has its own device adds fog in four calls: [`Fog::new`], then for every frame
 //! [`Fog::prepare`], [`Fog::encode`] and [`Fog::composite`]; it hands over its depth buffer and its shadow maps with a type
 //! that names their convention. Without a renderer, [`GpuContext::headless`] opens a device and [`Fog::read_airlight`]
-//! gives the picture. Shadow rays through a hierarchy are traced by [`GpuBvh`] and [`OcclusionProbe`].
+//! gives the picture. Shadow rays through a hierarchy are traced by [`GpuBvh`] and [`OcclusionProbe`]; [`Surfaces`] lights
+//! what a view sees, for who has no renderer that does.
 //!
 //! ```no_run
 //! use glam::Vec3;
@@ -48,8 +49,11 @@ mod layout;
 mod map;
 mod pass;
 mod probe;
+mod read_radiance;
 pub mod shader;
 mod stats;
+mod surfaces;
+mod timing;
 
 pub use bvh::{GpuBvh, OcclusionProbe, ShadowRay, Traced};
 pub use capabilities::{Capabilities, optional_features, required_features, required_limits};
@@ -62,4 +66,5 @@ pub use fog::{
 pub use map::{HostDepth, ShadowMap};
 pub use probe::{AirlightProbe, Problem, SunProbe, SunProblem};
 pub use stats::{FrameStats, PassTime};
+pub use surfaces::{SurfaceFrame, SurfaceTriangle, SurfaceTriangles, Surfaces, VisibleSurfaces};
 pub use wgpu;
