@@ -2,12 +2,12 @@
 //
 // For everything that has no closed form between boundaries: a density over space, a bounded medium, a textured spot,
 // Hoffman and Preetham's model, emission. What the march has passed so far is handed from one dispatch to the next in the
-// fourth channel. The importing pass declares what piece.wgsl and medium_path.wgsl ask for and defines
+// fourth channel. The importing pass declares what piece.wgsl and light_path.wgsl ask for and defines
 // `visibility_at(sight, x)` and `sight_of(ray)`. Twin: `BruteForce` in crates/hybrid-march/src/brute_force.rs.
 
 #import piece
 #import steps
-#import medium_path
+#import light_path
 
 // the medium's own glow
 const GLOW: u32 = 3u;
@@ -47,19 +47,6 @@ fn opaque_end(direction: vec3f, piece: vec2f) -> f32 {
         }
     }
     return high;
-}
-
-// Integral of the density between a point of the ray and the light; units: m.
-fn light_path(point: vec3f) -> f32 {
-    if LIGHT == DIRECTIONAL {
-        if !BOUNDED && DENSITY != GRID_DENSITY {
-            return 0.0;
-        }
-        return optical_path(point, light.world, vec2f(0.0, ENDLESS));
-    }
-    let to = light.world - point;
-    let distance = length(to);
-    return optical_path(point, to / max(distance, 1e-30), vec2f(0.0, distance));
 }
 
 // Integral of dx/d^2 over a step; units: 1/m.

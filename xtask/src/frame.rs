@@ -3,19 +3,18 @@
 //! View rays, shadow maps and surfaces belong to a frame without fog as well. So they are stages of their own, alike for
 //! every technique, and a technique's time is that of its airlight alone.
 
-use std::time::Instant;
-
 use gpu_backend::GpuContext;
-use ground_truth::{Reference, render_rows};
 use scene::Bvh;
 
-use crate::airlight::{Stage, settings};
+use crate::airlight::Stage;
 use crate::airlight_gpu;
 use crate::failure::Outcome;
 use crate::image_file::Image;
 use crate::maps::Maps;
 use crate::progress::Progress;
 use crate::scene_args::Setup;
+use crate::surfaces;
+use crate::surfaces_gpu;
 use crate::technique::{Options, Technique, check};
 use crate::view_rays::ViewRays;
 
@@ -70,11 +69,11 @@ impl Picture {
     }
 }
 
-/// Renders `setup` with `technique`, its airlight on `gpu` if one is given.
+/// Renders `setup` with `technique`, its airlight and surfaces on `gpu` if one is given.
 ///
 /// Progress is shown under `label`, and not at all without one.
 ///
-/// Fails as [`check`] does, and if a shadow map cannot be drawn.
+/// Fails as [`check`] does, if a shadow map cannot be drawn, and if the GPU cannot hold the frame.
 pub(crate) fn render(
     setup: &Setup,
     bvh: &Bvh,
@@ -84,7 +83,6 @@ pub(crate) fn render(
     label: &str,
 ) -> Outcome<Picture> {
     check(setup, technique, "--technique")?;
-    let progress = Progress::new(label, u64::from(options.size.1));
     let rays = ViewRays::trace(&setup.camera, bvh, options.size);
     // what no light is scattered by shows no shadow either
     let visible = options.shadows_in_medium && !setup.medium.coefficients.is_clear();
@@ -93,36 +91,31 @@ pub(crate) fn render(
     } else {
         Maps::none(setup.lights.len())
     };
+    // on a GPU there are no rows to tell of, and what it cannot hold is refused in one line
+    let progress = Progress::new(if gpu.is_some() { "" } else { label }, u64::from(options.size.1));
     let tick = |rows| progress.inc(rows);
     let stage = Stage { setup, bvh, options, rays: &rays, maps: &maps, tick: &tick };
     let airlight = match gpu {
         Some(gpu) => airlight_gpu::run(gpu, &stage, technique)?,
         None => stage.run(technique)?,
     };
-    let started = Instant::now();
-    let size = options.size;
-    let surfaces = (!options.airlight_only).then(|| {
-        let Setup { scene, medium, lights, .. } = setup;
-        Reference::surfaces(&scene.materials, bvh, medium, lights, settings(setup, options))
-    });
-    let pixels = render_rows(size, &|_| (), |x, y| {
-        let pixel = y as usize * size.0 as usize + x as usize;
-        let mut radiance = airlight.radiance[pixel];
-        if let Some(surfaces) = &surfaces
-            && let Some(hit) = rays.hit(pixel, bvh)
-        {
-            radiance += surfaces.surface_radiance(&setup.camera.pixel_ray(x, y, size), &hit);
-        }
-        radiance.as_vec3().to_array()
-    });
-    let ms_surfaces = surfaces.is_some().then(|| started.elapsed().as_secs_f64() * 1e3);
+    let lit = match gpu {
+        _ if options.airlight_only => None,
+        Some(gpu) => Some(surfaces_gpu::run(gpu, setup, bvh, &rays, options.size)?),
+        None => Some(surfaces::run(setup, bvh, &rays, options)),
+    };
+    let mut radiance = airlight.radiance;
+    if let Some(lit) = &lit {
+        radiance.iter_mut().zip(&lit.radiance).for_each(|(sum, &surface)| *sum += surface);
+    }
+    let pixels = radiance.into_iter().map(|pixel| pixel.as_vec3().to_array()).collect();
     progress.finish();
     Ok(Picture {
-        image: Image { width: size.0, height: size.1, pixels },
+        image: Image { width: options.size.0, height: options.size.1, pixels },
         ms: airlight.ms,
         ms_view_rays: rays.ms,
         ms_map: maps.any().then_some(maps.ms),
-        ms_surfaces,
+        ms_surfaces: lit.map(|lit| lit.ms),
         samples: airlight.samples,
         rays: airlight.rays,
         gpu_passes: airlight.passes,

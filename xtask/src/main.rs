@@ -24,6 +24,8 @@ mod report;
 mod repro;
 mod scene_args;
 mod setups;
+mod surfaces;
+mod surfaces_gpu;
 mod technique;
 mod view_rays;
 

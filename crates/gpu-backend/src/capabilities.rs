@@ -47,8 +47,9 @@ impl Capabilities {
 /// Checks that a host's device was made with what the passes need.
 pub(crate) fn check_limits(device: &wgpu::Device) -> Result<(), CreateError> {
     let got = device.limits();
-    let needed: [(&'static str, u32, u32); 7] = [
-        ("max_bind_groups", 2, got.max_bind_groups),
+    let needed: [(&'static str, u32, u32); 8] = [
+        ("max_bind_groups", 4, got.max_bind_groups),
+        ("max_storage_buffers_per_shader_stage", 4, got.max_storage_buffers_per_shader_stage),
         ("max_sampled_textures_per_shader_stage", 7, got.max_sampled_textures_per_shader_stage),
         ("max_storage_textures_per_shader_stage", 4, got.max_storage_textures_per_shader_stage),
         ("max_uniform_buffers_per_shader_stage", 2, got.max_uniform_buffers_per_shader_stage),

@@ -100,6 +100,14 @@ pub enum PrepareError {
         /// Distances given.
         got: u64,
     },
+    /// One triangle index a pixel is needed.
+    #[error("a view of {pixels} pixels has {got} triangle indices")]
+    Triangles {
+        /// Pixels of the view.
+        pixels: u64,
+        /// Indices given.
+        got: u64,
+    },
     /// A distance, or a depth plane, that is none.
     #[error("view {view}: {name} is {value}; it must {valid}")]
     Value {

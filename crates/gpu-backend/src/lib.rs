@@ -2,9 +2,10 @@
 //!
 //! Two ways in. A renderer that has its own device adds fog in four calls: [`Fog::new`], then for every frame
 //! [`Fog::prepare`], [`Fog::encode`] and [`Fog::composite`]; it hands over its depth buffer and its shadow maps with a type
-//! that names their convention (`examples/host` is such a renderer); [`DepthDrawer`] draws both for one that has none.
-//! Without a renderer, [`GpuContext::headless`] opens a device and [`Fog::read_airlight`]
-//! gives the picture. Shadow rays through a hierarchy are traced by [`GpuBvh`] and [`OcclusionProbe`].
+//! that names their convention (`examples/host` is such a renderer). What such a renderer brings is here for one that does
+//! not: [`DepthDrawer`] draws depth, [`Surfaces`] lights what a view sees. Without a renderer, [`GpuContext::headless`]
+//! opens a device and [`Fog::read_airlight`] gives the picture. Shadow rays through a hierarchy are traced by [`GpuBvh`]
+//! and [`OcclusionProbe`].
 //!
 //! ```no_run
 //! use glam::Vec3;
@@ -50,8 +51,10 @@ mod layout;
 mod map;
 mod pass;
 mod probe;
+mod read_radiance;
 pub mod shader;
 mod stats;
+mod surfaces;
 mod timing;
 
 pub use bvh::{GpuBvh, OcclusionProbe, ShadowRay, Traced};
@@ -66,4 +69,5 @@ pub use fog::{
 pub use map::{HostDepth, ShadowMap};
 pub use probe::{AirlightProbe, Problem, SunProbe, SunProblem};
 pub use stats::{FrameStats, PassTime};
+pub use surfaces::{SurfaceFrame, SurfaceTriangle, SurfaceTriangles, Surfaces, VisibleSurfaces};
 pub use wgpu;

@@ -29,6 +29,7 @@ pub const SHARED: &[File] = files![
     "shared/bvh",
     "shared/elementary",
     "shared/light",
+    "shared/light_path",
     "shared/march",
     "shared/march_varying",
     "shared/medium_path",
@@ -44,6 +45,7 @@ pub const SHARED: &[File] = files![
 pub const PASSES: &[File] = files![
     "frame/composite",
     "frame/ray_ends",
+    "frame/surfaces",
     "map/depth",
     "map/heights",
     "map/pyramid",

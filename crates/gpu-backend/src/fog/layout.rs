@@ -5,24 +5,24 @@ use crate::pass::{storage, storage_texture, texture, uniform};
 
 /// Layouts of the view's group (with and without the texture that is written) and the light's.
 #[derive(Debug)]
-pub(super) struct Layouts {
-    pub(super) view: wgpu::BindGroupLayout,
-    pub(super) composite: wgpu::BindGroupLayout,
-    pub(super) light: wgpu::BindGroupLayout,
+pub(crate) struct Layouts {
+    pub(crate) view: wgpu::BindGroupLayout,
+    pub(crate) composite: wgpu::BindGroupLayout,
+    pub(crate) light: wgpu::BindGroupLayout,
     /// The hierarchy of shadow rays.
-    pub(super) bvh: wgpu::BindGroupLayout,
+    pub(crate) bvh: wgpu::BindGroupLayout,
 }
 
 /// Textures of one texel that stand in for what a scene lacks.
 #[derive(Debug)]
-pub(super) struct StandIns {
-    pub(super) flat: wgpu::TextureView,
-    pub(super) array: wgpu::TextureView,
-    pub(super) volume: wgpu::TextureView,
+pub(crate) struct StandIns {
+    pub(crate) flat: wgpu::TextureView,
+    pub(crate) array: wgpu::TextureView,
+    pub(crate) volume: wgpu::TextureView,
 }
 
 impl Layouts {
-    pub(super) fn new(device: &wgpu::Device) -> Self {
+    pub(crate) fn new(device: &wgpu::Device) -> Self {
         let (flat, array) = (wgpu::TextureViewDimension::D2, wgpu::TextureViewDimension::D2Array);
         let volume = wgpu::TextureViewDimension::D3;
         let group = |label, entries: &[wgpu::BindGroupLayoutEntry]| {
@@ -47,7 +47,7 @@ impl Layouts {
 }
 
 impl StandIns {
-    pub(super) fn new(device: &wgpu::Device) -> Self {
+    pub(crate) fn new(device: &wgpu::Device) -> Self {
         let view = |dimension, view| {
             let texture = device.create_texture(&wgpu::TextureDescriptor {
                 label: Some("stand-in"),

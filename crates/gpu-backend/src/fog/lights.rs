@@ -9,9 +9,9 @@ use super::frame::{Frame, Lamp, Lookup, Technique};
 use super::layout::{Layouts, StandIns};
 use super::plan::{Shader, Variant, Work};
 use super::write_texture;
-use crate::PrepareError;
 use crate::checked::{filled_buffer, prepared};
 use crate::layout::{Basis, LightUniform};
+use crate::{GpuBvh, PrepareError};
 
 /// Checks that every map can serve its light.
 pub(super) fn check_maps(frame: &Frame<'_>) -> Result<(), PrepareError> {
@@ -106,8 +106,18 @@ pub(super) fn group(
         .map_or_else(spare, |moments| array(&moments.texture));
     let picture = work.lamp.and_then(|index| pictures[index].clone());
     let picture = picture.unwrap_or_else(|| stand_ins.flat.clone());
-    let views = [&heights, &pyramid, &moments, &picture].map(wgpu::BindingResource::TextureView);
-    let mut entries = vec![wgpu::BindGroupEntry { binding: 0, resource: buffer.as_entire_binding() }];
+    light_group(device, layouts, &buffer, [&heights, &pyramid, &moments, &picture])
+}
+
+/// A light's group: its uniform, then its map's heights, pyramid and moments, and its picture.
+pub(crate) fn light_group(
+    device: &wgpu::Device,
+    layouts: &Layouts,
+    uniform: &wgpu::Buffer,
+    textures: [&wgpu::TextureView; 4],
+) -> wgpu::BindGroup {
+    let mut entries = vec![wgpu::BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() }];
+    let views = textures.map(wgpu::BindingResource::TextureView);
     entries.extend(
         views.into_iter().zip(1..).map(|(resource, binding)| wgpu::BindGroupEntry { binding, resource }),
     );
@@ -125,26 +135,30 @@ pub(super) fn bvh_group(
     frame: &Frame<'_>,
     work: &Work,
 ) -> Option<wgpu::BindGroup> {
-    let bvh = frame.lamps[work.lamp?].shadows?.bvh()?;
-    Some(device.create_bind_group(&wgpu::BindGroupDescriptor {
+    Some(rays_group(device, layouts, frame.lamps[work.lamp?].shadows?.bvh()?))
+}
+
+/// The group of a hierarchy.
+pub(crate) fn rays_group(device: &wgpu::Device, layouts: &Layouts, bvh: &GpuBvh) -> wgpu::BindGroup {
+    device.create_bind_group(&wgpu::BindGroupDescriptor {
         label: Some("fog bvh"),
         layout: &layouts.bvh,
         entries: &[
             wgpu::BindGroupEntry { binding: 0, resource: bvh.nodes().as_entire_binding() },
             wgpu::BindGroupEntry { binding: 1, resource: bvh.triangles().as_entire_binding() },
         ],
-    }))
+    })
 }
 
 /// Pictures of spot lights on the GPU; one that several lights or frames share is uploaded once.
 #[derive(Debug, Default)]
-pub(super) struct Pictures {
+pub(crate) struct Pictures {
     known: Vec<(Arc<LightTexture>, wgpu::TextureView)>,
 }
 
 impl Pictures {
     /// The picture of each light, if it has one; those that no light has any more are dropped.
-    pub(super) fn of(
+    pub(crate) fn of(
         &mut self,
         device: &wgpu::Device,
         queue: &wgpu::Queue,
@@ -174,7 +188,7 @@ impl Pictures {
     }
 
     /// Memory; units: bytes.
-    pub(super) fn bytes(&self) -> u64 {
+    pub(crate) fn bytes(&self) -> u64 {
         self.known.iter().map(|(picture, _)| 16 * picture.texels.len() as u64).sum()
     }
 }

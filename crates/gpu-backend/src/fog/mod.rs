@@ -2,15 +2,16 @@
 
 mod composite;
 mod frame;
-mod layout;
-mod lights;
+pub(crate) mod grid;
+pub(crate) mod layout;
+pub(crate) mod lights;
 mod plan;
 mod ray_ends;
-mod targets;
+pub(crate) mod targets;
 
 use std::collections::HashMap;
 
-use scene::{Density, DensityGrid, Medium};
+use scene::{Density, Medium};
 
 pub use composite::CompositeTarget;
 use composite::CompositeVariant;
@@ -21,10 +22,11 @@ use ray_ends::RayEnds;
 use targets::{Targets, check_view, ends};
 
 use crate::capabilities::check_limits;
-use crate::checked::{created, filled_buffer, prepared, read_buffer};
+use crate::checked::{created, filled_buffer, prepared};
 use crate::layout::{Basis, ViewUniform};
 use crate::map::{HostConverter, Pyramid, PyramidBuilder};
 use crate::pass::{ComputePass, compute_pipeline};
+use crate::read_radiance::read_radiance;
 use crate::timing::PassTimer;
 use crate::{CreateError, FrameStats, PassTime, PrepareError, ReadError, ShadowMap};
 
@@ -57,7 +59,7 @@ pub struct Fog {
     /// What the passes make of the maps.
     building: Vec<MapChange>,
     pictures: lights::Pictures,
-    grid: Option<(DensityGrid, wgpu::TextureView)>,
+    grid: grid::DensityTexture,
     stats: FrameStats,
 }
 
@@ -116,7 +118,7 @@ impl Fog {
             passes: Vec::new(),
             building: Vec::new(),
             pictures: lights::Pictures::default(),
-            grid: None,
+            grid: grid::DensityTexture::default(),
             stats: FrameStats::default(),
         })
     }
@@ -152,7 +154,7 @@ impl Fog {
         for work in &work {
             self.scatter_pipeline(device, work.variant)?;
         }
-        let grid = self.density_grid(device, queue, frame.medium)?;
+        let grid = self.grid.of(device, queue, frame.medium, &self.stand_ins)?;
         let pictures = self.pictures.of(device, queue, frame.lamps)?;
         let mut stats = FrameStats::default();
         let mut passes = Vec::new();
@@ -265,42 +267,7 @@ impl Fog {
         view: usize,
     ) -> Result<Vec<[f32; 3]>, ReadError> {
         let texture = self.airlight(view).ok_or(ReadError::Nothing("such view"))?;
-        let (width, height) = (texture.width(), texture.height());
-        // rows of a copy are a multiple of 256 bytes
-        let stride = (16 * width).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
-        let what = "the airlight";
-        let readback = crate::checked::caught(device, || {
-            let readback = device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("airlight readback"),
-                size: u64::from(stride) * u64::from(height),
-                usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
-                mapped_at_creation: false,
-            });
-            let mut encoder = device
-                .create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("airlight readback") });
-            encoder.copy_texture_to_buffer(
-                texture.as_image_copy(),
-                wgpu::TexelCopyBufferInfo {
-                    buffer: &readback,
-                    layout: wgpu::TexelCopyBufferLayout {
-                        offset: 0,
-                        bytes_per_row: Some(stride),
-                        rows_per_image: Some(height),
-                    },
-                },
-                texture.size(),
-            );
-            queue.submit([encoder.finish()]);
-            readback
-        })
-        .map_err(|reason| ReadError::Device { what, reason })?;
-        let bytes: Vec<u8> = read_buffer(device, &readback, u64::from(stride) * u64::from(height), what)?;
-        let mut pixels = Vec::with_capacity(width as usize * height as usize);
-        for row in bytes.chunks_exact(stride as usize) {
-            let row: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&row[..16 * width as usize]);
-            pixels.extend(row.into_iter().map(|[r, g, b, _]| [r, g, b]));
-        }
-        Ok(pixels)
+        read_radiance(device, queue, texture, "the airlight")
     }
 
     fn scatter_pipeline(&mut self, device: &wgpu::Device, variant: Variant) -> Result<(), CreateError> {
@@ -480,53 +447,10 @@ impl Fog {
         draws.push((variant, group));
         draws
     }
-
-    /// The density grid's texture; uploaded again only if the grid is another one.
-    fn density_grid(
-        &mut self,
-        device: &wgpu::Device,
-        queue: &wgpu::Queue,
-        medium: &Medium,
-    ) -> Result<wgpu::TextureView, PrepareError> {
-        let Some(Density::Grid(grid)) = &medium.density else {
-            return Ok(self.stand_ins.volume.clone());
-        };
-        if let Some((known, view)) = &self.grid
-            && known == grid
-        {
-            return Ok(view.clone());
-        }
-        let [x, y, z] = grid.size;
-        let limit = device.limits().max_texture_dimension_3d;
-        if x.max(y).max(z) > limit {
-            return Err(PrepareError::TooLarge {
-                what: "the density grid's side",
-                needed: x.max(y).max(z).into(),
-                limit: limit.into(),
-                unit: "cells",
-            });
-        }
-        let view = prepared(device, "the density grid", || {
-            let texture = device.create_texture(&wgpu::TextureDescriptor {
-                label: Some("density grid"),
-                size: wgpu::Extent3d { width: x, height: y, depth_or_array_layers: z },
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: wgpu::TextureDimension::D3,
-                format: wgpu::TextureFormat::R32Float,
-                usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-                view_formats: &[],
-            });
-            write_texture(queue, &texture, bytemuck::cast_slice(&grid.values), 4);
-            texture.create_view(&wgpu::TextureViewDescriptor::default())
-        })?;
-        self.grid = Some((grid.clone(), view.clone()));
-        Ok(view)
-    }
 }
 
 /// Writes all of a texture.
-fn write_texture(queue: &wgpu::Queue, texture: &wgpu::Texture, bytes: &[u8], texel: u32) {
+pub(crate) fn write_texture(queue: &wgpu::Queue, texture: &wgpu::Texture, bytes: &[u8], texel: u32) {
     queue.write_texture(
         texture.as_image_copy(),
         bytes,

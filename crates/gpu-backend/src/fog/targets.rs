@@ -10,15 +10,15 @@ use crate::map::check_depth_texture;
 
 /// Textures of one view.
 #[derive(Debug)]
-pub(super) struct Targets {
-    pub(super) size: (u32, u32),
-    pub(super) ray_ends: wgpu::Texture,
+pub(crate) struct Targets {
+    pub(crate) size: (u32, u32),
+    pub(crate) ray_ends: wgpu::Texture,
     /// Written in turns; the second is there only if the frame needs two dispatches or more.
-    pub(super) airlight: [Option<wgpu::Texture>; 2],
+    pub(crate) airlight: [Option<wgpu::Texture>; 2],
 }
 
 impl Targets {
-    pub(super) fn new(device: &wgpu::Device, size: (u32, u32)) -> Result<Self, PrepareError> {
+    pub(crate) fn new(device: &wgpu::Device, size: (u32, u32)) -> Result<Self, PrepareError> {
         let ray_ends = prepared(device, "a view's textures", || {
             texture(device, "ray ends", size, wgpu::TextureFormat::R32Float)
         })?;
@@ -26,7 +26,7 @@ impl Targets {
     }
 
     /// Makes sure that there are `count` textures for airlight.
-    pub(super) fn reserve(&mut self, device: &wgpu::Device, count: usize) -> Result<(), PrepareError> {
+    pub(crate) fn reserve(&mut self, device: &wgpu::Device, count: usize) -> Result<(), PrepareError> {
         let size = self.size;
         for slot in self.airlight.iter_mut().take(count).filter(|slot| slot.is_none()) {
             *slot = Some(prepared(device, "a view's textures", || {
@@ -37,7 +37,7 @@ impl Targets {
     }
 
     /// Memory; units: bytes.
-    pub(super) fn bytes(&self) -> u64 {
+    pub(crate) fn bytes(&self) -> u64 {
         let pixels = u64::from(self.size.0) * u64::from(self.size.1);
         pixels * (4 + 16 * self.airlight.iter().flatten().count() as u64)
     }
@@ -65,7 +65,7 @@ fn texture(
 }
 
 /// Checks a view before anything is made for it.
-pub(super) fn check_view(index: usize, view: &View<'_>, largest: u32) -> Result<(), PrepareError> {
+pub(crate) fn check_view(index: usize, view: &View<'_>, largest: u32) -> Result<(), PrepareError> {
     let (width, height) = view.size;
     if width == 0 || height == 0 {
         return Err(PrepareError::EmptyView { view: index });
@@ -117,7 +117,7 @@ pub(super) fn check_view(index: usize, view: &View<'_>, largest: u32) -> Result<
 }
 
 /// Distances that the shaders read: no infinity, and nothing beyond `max_distance`, which ends rays that hit nothing.
-pub(super) fn ends(view: &View<'_>) -> Vec<f32> {
+pub(crate) fn ends(view: &View<'_>) -> Vec<f32> {
     let most = (view.max_distance as f32).min(ENDLESS);
     match view.depth {
         SceneDepth::Distances(distances) => {
