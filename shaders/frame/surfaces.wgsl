@@ -15,7 +15,7 @@
 struct SurfaceTriangle {
     normal: vec3f,      // unit, of either side; world axes
     _pad0: f32,
-    base_colour: vec3f, // diffuse reflectance, linear
+    base_color: vec3f, // diffuse reflectance, linear
     _pad1: f32,
 }
 
@@ -92,7 +92,7 @@ fn surface_radiance(pixel: vec2u, triangle: SurfaceTriangle) -> vec3f {
     let eye_side = select(-triangle.normal, triangle.normal, dot(triangle.normal, direction) <= 0.0);
     let arriving = irradiance(ray, direction, eye_side, distance);
     let eye_path = optical_path(vec3f(), direction, vec2f(0.0, distance));
-    return triangle.base_colour * INV_PI * arriving * exp(-view.sigma_t * eye_path);
+    return triangle.base_color * INV_PI * arriving * exp(-view.sigma_t * eye_path);
 }
 
 @compute @workgroup_size(64)

@@ -4,6 +4,7 @@ use airlight_tests::cli::{Desk, all_right};
 use serde_json::Value;
 
 /// A desk with a GPU; `None` where there is none, which fails if `REQUIRE_GPU` is set.
+#[expect(clippy::print_stdout, reason = "a test that does not run says so")]
 fn desk() -> Option<Desk> {
     let desk = Desk::with_gpu();
     let ended =

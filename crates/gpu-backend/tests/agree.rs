@@ -3,6 +3,11 @@
 //! What bounds the agreement of marches: a step that lies within rounding of a texel's border may see the other texel. The
 //! GPU computes in `f32`, which leaves 5·10⁻⁵ of a texel on a map of 512; the CPU in `f64`. The wish was a rel_rmse of 10⁻⁴;
 //! most scenes are two orders below it, those whose maps are all leaves and wires reach 1.5·10⁻⁴ with 1000 steps.
+#![expect(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "test code, and the figures behind its verdicts"
+)]
 
 mod common;
 

@@ -1,7 +1,6 @@
 //! Memory over many frames; a process of its own, since it is the process's memory that is looked at.
 #![cfg(target_os = "linux")]
 #![expect(clippy::unwrap_used, reason = "test code")]
-#![expect(clippy::print_stdout, reason = "the figures behind the verdict")]
 
 mod common;
 
