@@ -3,16 +3,7 @@
 
 #import bindings
 #import march_varying
-#import shadow_map
-
-// What looks up: the ray's coordinates on the map.
-fn sight_of(ray: ViewRay) -> MapPath {
-    return map_path(ray);
-}
-
-fn visibility_at(sight: MapPath, x: f32) -> f32 {
-    return map_visibility(sight, x);
-}
+#import sight_map
 
 @compute @workgroup_size(64)
 fn main(@builtin(workgroup_id) tile: vec3u, @builtin(local_invocation_index) index: u32) {

@@ -59,7 +59,24 @@ pub(crate) fn test(args: &TestArgs) -> Outcome {
             let mut environment = vec![("REQUIRE_GPU", "1")];
             environment.extend(args.adapter.as_deref().map(|name| ("AIRLIGHT_ADAPTER", name)));
             done &= cargo(&release, &environment)?;
-            crate::print(&format!("GPU tests: {} ran on {}\n", gpu_tests()?, gpu.info.name));
+            // and once more on a device that has no more than every device has
+            environment.push(("AIRLIGHT_FEATURES", "core"));
+            let core = [
+                "test",
+                "--release",
+                "--package",
+                "gpu-backend",
+                "--test",
+                "*",
+                "--no-fail-fast",
+                "--locked",
+            ];
+            done &= cargo(&core, &environment)?;
+            crate::print(&format!(
+                "GPU tests: {} ran on {}, with all features and with core features alone\n",
+                gpu_tests()?,
+                gpu.info.name
+            ));
         }
         None => {
             done &= cargo(&[&release[..], &["--lib", "--bins"]].concat(), &[])?;

@@ -36,6 +36,8 @@ pub const SHARED: &[File] = files![
     "shared/phase",
     "shared/piece",
     "shared/shadow_map",
+    "shared/sight_map",
+    "shared/sight_rays",
     "shared/steps",
     "shared/traversal",
     "shared/view",

@@ -8,6 +8,12 @@ pub struct FrameStats {
     pub passes: Vec<String>,
     /// Steps of marches over all pixels and lights, at most: a ray outside a light's reach takes none.
     pub samples: u64,
+    /// Shadow rays of marches, at most: one a step.
+    pub rays: u64,
+    /// Triangles of the hierarchies that shadow rays go through, summed over lights.
+    pub triangles: u64,
+    /// Fragments that [`Fog::composite`](crate::Fog::composite) shades in all views.
+    pub fragments: u64,
     /// Lights whose airlight is one closed-form evaluation a pixel.
     pub closed_forms: u32,
     /// Pyramids that the frame builds; those of lights that stand still are kept.

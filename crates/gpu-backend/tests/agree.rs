@@ -263,6 +263,9 @@ fn shadow_rays_agree() {
         // more steps than one dispatch takes with shadow rays
         let technique = Technique::BruteForce { samples: 300, lookup: Lookup::Nearest };
         let got = stage.by_rays_on_gpu(&gpu, &mut fog, &light, &bvh, technique);
+        let (stats, triangles) = (fog.stats(), stage.scene.triangle_count() as u64);
+        // nothing is composited
+        assert_eq!((stats.rays, stats.triangles, stats.fragments), (300 * 48 * 48, triangles, 0));
         let (rmse, p99) = compare(&got, &cpu);
         assert!(rmse <= 5e-4 && p99 <= 1e-3, "{kind}: {rmse:.2e} {p99:.2e}");
     }
@@ -303,7 +306,7 @@ fn what_is_not_needed_is_not_paid_for() {
         let on_gpu = upload(&gpu, &map);
         stage.on_gpu(&gpu, &mut fog, &light, Some(&on_gpu), MARCH_ON_THE_GPU);
         assert_eq!((fog.stats().pyramids_built, fog.stats().maps), (0, 1));
-        assert_eq!(fog.stats().samples, 1000 * 32 * 32);
+        assert_eq!((fog.stats().samples, fog.stats().rays), (1000 * 32 * 32, 0));
         assert_eq!(fog.stats().bytes, without + map.bytes() as u64);
         let exact = Technique::ExactShadowMap { surface: MapSurface::Step };
         stage.on_gpu(&gpu, &mut fog, &light, Some(&on_gpu), exact);

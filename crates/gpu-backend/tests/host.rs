@@ -318,6 +318,9 @@ fn surfaces_are_attenuated_and_airlight_is_added() {
                 Frame { views: &views, medium: &medium, lamps: &lamps, model: AirlightModel::Sun, technique };
             map.touch();
             fog.prepare(&host.device, &host.queue, &frame).unwrap();
+            let pixels: u32 = SIZES.iter().map(|(width, height)| width * height).sum();
+            let draws = if name == "achromatic" { 1 } else { 2 };
+            assert_eq!(fog.stats().fragments, draws * u64::from(pixels));
             let mut encoder = host.device.create_command_encoder(&Default::default());
             fog.encode(&mut encoder);
             for view in 0..2 {

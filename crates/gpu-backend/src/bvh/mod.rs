@@ -83,6 +83,7 @@ impl From<&Triangle> for GpuTriangle {
 pub struct GpuBvh {
     nodes: wgpu::Buffer,
     triangles: wgpu::Buffer,
+    triangle_count: u64,
 }
 
 impl GpuBvh {
@@ -110,6 +111,7 @@ impl GpuBvh {
         prepared(device, UPLOAD, || Self {
             nodes: storage("bvh nodes", bytemuck::cast_slice(&nodes)),
             triangles: storage("bvh triangles", bytemuck::cast_slice(&triangles)),
+            triangle_count: bvh.triangles().len() as u64,
         })
     }
 
@@ -121,6 +123,11 @@ impl GpuBvh {
     /// What a pass binds to `bvh_triangles`.
     pub fn triangles(&self) -> &wgpu::Buffer {
         &self.triangles
+    }
+
+    /// Triangles of the scene.
+    pub fn triangle_count(&self) -> u64 {
+        self.triangle_count
     }
 
     /// Memory on the device; units: bytes.

@@ -294,6 +294,7 @@ impl Fog {
             let shadows = work.lamp.and_then(|index| frame.lamps[index].shadows);
             if let Some(bvh) = shadows.and_then(|shadows| shadows.bvh()) {
                 stats.bytes += bvh.bytes();
+                stats.triangles += bvh.triangle_count();
             }
             let Some(map) = shadows.and_then(|shadows| shadows.map()) else { continue };
             stats.maps += 1;
@@ -394,13 +395,18 @@ impl Fog {
                     });
                     done += 1;
                 }
-                stats.samples += u64::from(work.samples) * u64::from(width) * u64::from(height);
+                let steps = u64::from(work.samples) * u64::from(width) * u64::from(height);
+                stats.samples += steps;
+                stats.rays += if work.variant.rays { steps } else { 0 };
                 stats.closed_forms +=
                     u32::from(work.variant.shader == Shader::Exact && !work.variant.shadowed);
             }
             let result = (done + 1) % 2;
             let result = if targets.airlight[result].is_some() { result } else { 0 };
             let draws = self.draws(device, frame.medium, &uniform, &ray_ends, &airlight[result], grid);
+            if self.target.is_some() {
+                stats.fragments += draws.len() as u64 * u64::from(width) * u64::from(height);
+            }
             ViewState { targets, result, draws }
         })
     }
