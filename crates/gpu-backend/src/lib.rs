@@ -56,6 +56,7 @@ pub mod shader;
 mod stats;
 mod surfaces;
 mod timing;
+mod write_texture;
 
 pub use bvh::{GpuBvh, OcclusionProbe, ShadowRay, Traced};
 pub use capabilities::{Capabilities, optional_features, required_features, required_limits};

@@ -37,21 +37,40 @@ pub(crate) fn compute_pipeline(
     layouts: &[&wgpu::BindGroupLayout],
     constants: &[(&str, f64)],
 ) -> Result<wgpu::ComputePipeline, CreateError> {
+    let layouts: Vec<_> = layouts.iter().map(|&layout| Some(layout)).collect();
+    pipeline(device, pass, Some(&layouts), constants)
+}
+
+/// A compute pipeline with the bind groups that its shader declares.
+pub(crate) fn probe_pipeline(
+    device: &wgpu::Device,
+    pass: &str,
+) -> Result<wgpu::ComputePipeline, CreateError> {
+    pipeline(device, pass, None, &[])
+}
+
+fn pipeline(
+    device: &wgpu::Device,
+    pass: &str,
+    layouts: Option<&[Option<&wgpu::BindGroupLayout>]>,
+    constants: &[(&str, f64)],
+) -> Result<wgpu::ComputePipeline, CreateError> {
     let source = shader::assemble(pass)?;
     created(device, pass, || {
         let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some(pass),
             source: wgpu::ShaderSource::Wgsl(source.into()),
         });
-        let layouts: Vec<_> = layouts.iter().map(|&layout| Some(layout)).collect();
-        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some(pass),
-            bind_group_layouts: &layouts,
-            ..Default::default()
+        let layout = layouts.map(|layouts| {
+            device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: Some(pass),
+                bind_group_layouts: layouts,
+                ..Default::default()
+            })
         });
         device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
             label: Some(pass),
-            layout: Some(&layout),
+            layout: layout.as_ref(),
             module: &module,
             entry_point: Some("main"),
             compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },

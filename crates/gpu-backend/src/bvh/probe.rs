@@ -7,8 +7,9 @@ use std::time::{Duration, Instant};
 use bytemuck::{Pod, Zeroable};
 
 use super::GpuBvh;
-use crate::checked::{created, prepared, read_buffer};
-use crate::{CreateError, GpuContext, GpuError, shader};
+use crate::checked::{prepared, read_buffer};
+use crate::pass::probe_pipeline;
+use crate::{CreateError, GpuContext, GpuError};
 
 const PASS: &str = "probe/occlusion";
 
@@ -86,21 +87,7 @@ impl<'a> OcclusionProbe<'a> {
     /// # Errors
     /// [`CreateError`] if the shader does not compile on this device.
     pub fn new(gpu: &'a GpuContext) -> Result<Self, CreateError> {
-        let source = shader::assemble(PASS)?;
-        let pipeline = created(&gpu.device, PASS, || {
-            let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
-                label: Some(PASS),
-                source: wgpu::ShaderSource::Wgsl(source.into()),
-            });
-            gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some(PASS),
-                layout: None,
-                module: &module,
-                entry_point: Some("main"),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
-                cache: None,
-            })
-        })?;
+        let pipeline = probe_pipeline(&gpu.device, PASS)?;
         let limits = gpu.device.limits();
         let by_binding = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size - STAMPS)
             / size_of::<GpuRay>() as u64;
@@ -232,7 +219,7 @@ mod tests {
 
     #[test]
     fn the_shader_reads_what_rust_writes() {
-        let module = naga::front::wgsl::parse_str(&shader::assemble(PASS).unwrap()).unwrap();
+        let module = naga::front::wgsl::parse_str(&crate::shader::assemble(PASS).unwrap()).unwrap();
         assert_eq!(module.entry_points[0].workgroup_size, [WORKGROUP, 1, 1]);
         let (_, ty) = module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some("Ray")).unwrap();
         let naga::TypeInner::Struct { members, span } = &ty.inner else { panic!("Ray is a struct") };

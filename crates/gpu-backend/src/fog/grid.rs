@@ -3,9 +3,9 @@
 use scene::{Density, DensityGrid, Medium};
 
 use super::layout::StandIns;
-use super::write_texture;
 use crate::PrepareError;
 use crate::checked::prepared;
+use crate::write_texture::write_texture;
 
 /// The grid of the last frame that had one.
 #[derive(Debug, Default)]

@@ -8,9 +8,9 @@ use shadowmap::{MapSurface, Outside, ProjectionKind};
 use super::frame::{Frame, Lamp, Lookup, Technique};
 use super::layout::{Layouts, StandIns};
 use super::plan::{Shader, Variant, Work};
-use super::write_texture;
 use crate::checked::{filled_buffer, prepared};
 use crate::layout::{Basis, LightUniform};
+use crate::write_texture::write_texture;
 use crate::{GpuBvh, PrepareError};
 
 /// Checks that every map can serve its light.

@@ -28,6 +28,7 @@ use crate::map::{HostConverter, Pyramid, PyramidBuilder};
 use crate::pass::{ComputePass, compute_pipeline};
 use crate::read_radiance::read_radiance;
 use crate::timing::PassTimer;
+use crate::write_texture::write_texture;
 use crate::{CreateError, FrameStats, PassTime, PrepareError, ReadError, ShadowMap};
 
 /// How a [`Fog`] is made.
@@ -453,18 +454,4 @@ impl Fog {
         draws.push((variant, group));
         draws
     }
-}
-
-/// Writes all of a texture.
-pub(crate) fn write_texture(queue: &wgpu::Queue, texture: &wgpu::Texture, bytes: &[u8], texel: u32) {
-    queue.write_texture(
-        texture.as_image_copy(),
-        bytes,
-        wgpu::TexelCopyBufferLayout {
-            offset: 0,
-            bytes_per_row: Some(texture.width() * texel),
-            rows_per_image: Some(texture.height()),
-        },
-        texture.size(),
-    );
 }

@@ -19,6 +19,7 @@ pub(crate) use pyramid::{Pyramid, PyramidBuilder};
 
 use crate::PrepareError;
 use crate::checked::prepared;
+use crate::write_texture::write_texture;
 
 /// A light's shadow map on the GPU.
 ///
@@ -63,7 +64,7 @@ impl ShadowMap {
         uploaded.outside = map.outside();
         let heights = heights_of(map, bias);
         prepared(device, "the shadow map", || {
-            write_layers(queue, &uploaded.heights, bytemuck::cast_slice(&heights), size_of::<f32>() as u32);
+            write_texture(queue, &uploaded.heights, bytemuck::cast_slice(&heights), size_of::<f32>() as u32);
         })?;
         Ok(uploaded)
     }
@@ -84,7 +85,7 @@ impl ShadowMap {
         self.host = None;
         let heights = heights_of(map, bias);
         prepared(device, "the shadow map", || {
-            write_layers(queue, &self.heights, bytemuck::cast_slice(&heights), size_of::<f32>() as u32);
+            write_texture(queue, &self.heights, bytemuck::cast_slice(&heights), size_of::<f32>() as u32);
         })?;
         self.touch();
         Ok(())
@@ -125,7 +126,7 @@ impl ShadowMap {
         }
         let texture = prepared(device, "the moments", || {
             let texture = self.texture(device, "shadow map moments", wgpu::TextureFormat::Rg32Float);
-            write_layers(queue, &texture, bytemuck::cast_slice(moments.moments()), 8);
+            write_texture(queue, &texture, bytemuck::cast_slice(moments.moments()), 8);
             texture
         })?;
         let parameters = [moments.far(), moments.least_variance(), moments.bleed_reduction()];
@@ -297,18 +298,4 @@ fn heights_of(map: &DepthMap, bias: Bias) -> Vec<f32> {
         }
     };
     map.depths().iter().map(height).collect()
-}
-
-/// Writes all layers of a texture's finest level.
-fn write_layers(queue: &wgpu::Queue, texture: &wgpu::Texture, bytes: &[u8], texel: u32) {
-    queue.write_texture(
-        texture.as_image_copy(),
-        bytes,
-        wgpu::TexelCopyBufferLayout {
-            offset: 0,
-            bytes_per_row: Some(texture.width() * texel),
-            rows_per_image: Some(texture.height()),
-        },
-        texture.size(),
-    );
 }

@@ -6,8 +6,9 @@ mod special;
 pub use airlight::{AirlightProbe, Problem};
 pub use special::{SunProbe, SunProblem};
 
-use crate::checked::{check_size, created, filled_buffer, prepared, read_buffer};
-use crate::{CreateError, GpuContext, GpuError, PrepareError, shader};
+use crate::checked::{check_size, filled_buffer, prepared, read_buffer};
+use crate::pass::probe_pipeline;
+use crate::{CreateError, GpuContext, GpuError, PrepareError};
 
 /// Threads of a workgroup, as in the shaders.
 const WORKGROUP: u32 = 64;
@@ -22,21 +23,7 @@ struct ArrayPass<'a> {
 
 impl<'a> ArrayPass<'a> {
     fn new(gpu: &'a GpuContext, name: &'static str) -> Result<Self, CreateError> {
-        let source = shader::assemble(name)?;
-        let pipeline = created(&gpu.device, name, || {
-            let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
-                label: Some(name),
-                source: wgpu::ShaderSource::Wgsl(source.into()),
-            });
-            gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some(name),
-                layout: None,
-                module: &module,
-                entry_point: Some("main"),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
-                cache: None,
-            })
-        })?;
+        let pipeline = probe_pipeline(&gpu.device, name)?;
         Ok(Self { gpu, name, pipeline })
     }
 
@@ -115,7 +102,7 @@ mod tests {
     #[test]
     fn threads_and_structs_are_those_of_the_shaders() {
         for pass in ["probe/airlight", "probe/special"] {
-            let module = naga::front::wgsl::parse_str(&shader::assemble(pass).unwrap()).unwrap();
+            let module = naga::front::wgsl::parse_str(&crate::shader::assemble(pass).unwrap()).unwrap();
             assert_eq!(module.entry_points[0].workgroup_size, [WORKGROUP, 1, 1], "{pass}");
         }
         let (fields, span) = wgsl_struct("probe/special", "Problem");

@@ -17,11 +17,11 @@ use crate::fog::grid::DensityTexture;
 use crate::fog::layout::{Layouts, StandIns};
 use crate::fog::lights::{Pictures, light_group, rays_group};
 use crate::fog::targets::{Targets, check_view, ends};
-use crate::fog::write_texture;
 use crate::layout::{Basis, LightUniform, ViewUniform};
 use crate::pass::{ComputePass, compute_pipeline, storage};
 use crate::read_radiance::read_radiance;
 use crate::timing::PassTimer;
+use crate::write_texture::write_texture;
 use crate::{
     CreateError, GpuBvh, Lamp, MAX_LIGHTS, PassTime, PrepareError, ReadError, SceneDepth, Shadows, View,
 };
