@@ -74,7 +74,8 @@ impl DepthDrawer {
     ///
     /// The commands have to be submitted before those of [`Fog::encode`](crate::Fog::encode), or come before them in one
     /// encoder. The values are those of [`DepthMap::draw`](shadowmap::DepthMap::draw), to rounding, but for texels whose
-    /// centre lies within 1/256 of a texel of a triangle's edge. Without perspective, what lies farther than the map's
+    /// centre lies within a step of the rasteriser's grid of a triangle's edge: 1/256 of a texel on most devices, 1/16 where a
+    /// device has no more than Vulkan asks for. Without perspective, what lies farther than the map's
     /// bounds is not seen.
     ///
     /// # Errors
