@@ -5,6 +5,7 @@ use shadowmap::DepthOrder;
 
 use crate::CreateError;
 use crate::checked::filled_buffer;
+use crate::map::height_of_device;
 use crate::pass::{ComputePass, compute_pipeline, depth_texture, storage_texture, uniform};
 
 const PASS: &str = "frame/ray_ends";
@@ -51,12 +52,8 @@ impl RayEnds {
         (order, near, far): (DepthOrder, f32, f32),
         ray_ends: &wgpu::Texture,
     ) -> ComputePass {
-        let (near, far) = (1.0 / f64::from(near), 1.0 / f64::from(far));
-        // inverse planar depth at device depth 0, and what it gains to 1
-        let (offset, scale, nothing) = match order {
-            DepthOrder::Forward => (near, far - near, 1.0),
-            DepthOrder::Reversed => (far, near - far, 0.0),
-        };
+        let (scale, offset) = height_of_device(order, near, far, false);
+        let nothing = if order == DepthOrder::Forward { 1.0 } else { 0.0 };
         let convention = Convention { scale: scale as f32, offset: offset as f32, far: nothing, _pad: 0.0 };
         let convention = filled_buffer(
             device,

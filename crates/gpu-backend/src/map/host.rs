@@ -49,7 +49,7 @@ pub(crate) struct HostSource {
 }
 
 /// 1/depth (perspective) or −depth (orthographic) as scale·d + offset of the device depth d.
-fn height_of_device(order: DepthOrder, near: f32, far: f32, flat: bool) -> (f64, f64) {
+pub(crate) fn height_of_device(order: DepthOrder, near: f32, far: f32, flat: bool) -> (f64, f64) {
     let (n, f) = (f64::from(near), f64::from(far));
     // at the near end and at the far end
     let (near_height, far_height) = if flat { (-n, -f) } else { (1.0 / n, 1.0 / f) };

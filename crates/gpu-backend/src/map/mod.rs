@@ -14,7 +14,7 @@ use std::sync::{Arc, OnceLock};
 use shadowmap::{Bias, DepthMap, MapSurface, Outside, Projection, ProjectionKind, VarianceMap};
 
 pub use host::HostDepth;
-pub(crate) use host::{HostConverter, check_depth_texture};
+pub(crate) use host::{HostConverter, check_depth_texture, height_of_device};
 pub(crate) use pyramid::{Pyramid, PyramidBuilder};
 
 use crate::PrepareError;
