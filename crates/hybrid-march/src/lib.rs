@@ -33,6 +33,7 @@
 
 mod brute_force;
 mod extent;
+mod piece;
 
 pub use brute_force::{BruteForce, Marched, Occluders};
 pub use extent::shadow_extent;
