@@ -15,6 +15,11 @@
 @group(1) @binding(3) var moments: texture_2d_array<f32>;
 // a spot's picture, linear RGB; rgba32float
 @group(1) @binding(4) var picture: texture_2d<f32>;
+// 1/z of the frontmost and the backmost face of the light's shadow volume, 0 where there is none; rg32float; units: 1/m
+@group(1) @binding(5) var faces: texture_2d<f32>;
+// a spot's picture at every size, linear RGB, filterable
+@group(1) @binding(6) var mips: texture_2d<f32>;
+@group(1) @binding(7) var smooth_sampler: sampler;
 
 // one of POINT, SPOT, DIRECTIONAL
 override LIGHT: u32 = 0u;

@@ -36,9 +36,10 @@ struct Light {
     variance: vec4f,     // of a variance map: depth of 1 (m), least variance, bleed reduction, unused
     outside: u32,        // 1 where what the map does not see is lit
     adds: u32,           // 1 where the result is added to what the texture before holds
-    _pad: vec2u,
+    face_scale: u32,     // pixels a side for which the faces of a shadow volume are kept
+    refine: u32,         // bisections of a boundary that a march has found
     eye: vec3f,          // where the view is taken from; world axes and origin; units: m
-    _pad1: f32,
+    lit_samples: u32,    // steps of each segment outside of the outermost faces of a shadow volume
     rows: array<vec4f, 4>, // X, Y, W and depth over (a, b, 1) per unit of the ray's tangent vector, and at the eye
 }
 

@@ -185,25 +185,30 @@ fn next_texel(lamp: Lamp, x: f32) -> f32 {
     return next;
 }
 
+// Light that arrives unattenuated and alike everywhere on a piece, scattered with one phase value.
+fn sunlit_airlight(phase: f32, power: vec3f, x0: f32, x1: f32) -> vec3f {
+    let length = x1 - x0;
+    var path: vec3f;
+    for (var c = 0; c < 3; c++) {
+        let sigma_t = view.sigma_t[c];
+        if length > 1e29 {
+            path[c] = exp(-sigma_t * x0) / max(sigma_t, 1e-30);
+        } else {
+            path[c] = exp(-sigma_t * x0) * length * phi(sigma_t * length);
+        }
+    }
+    // a channel without a medium has an infinite path to infinity, and still no airlight
+    let scattered = select(view.sigma_s * path, vec3f(), view.sigma_s == vec3f());
+    return phase * scattered * power;
+}
+
 // Airlight of a lit piece; units: W/(m^2 sr).
 fn piece_airlight(lamp: Lamp, x0: f32, x1: f32) -> vec3f {
     if !(x1 > x0) {
         return vec3f();
     }
     if LIGHT == DIRECTIONAL {
-        let length = x1 - x0;
-        var path: vec3f;
-        for (var c = 0; c < 3; c++) {
-            let sigma_t = view.sigma_t[c];
-            if length > 1e29 {
-                path[c] = exp(-sigma_t * x0) / max(sigma_t, 1e-30);
-            } else {
-                path[c] = exp(-sigma_t * x0) * length * phi(sigma_t * length);
-            }
-        }
-        // a channel without a medium has an infinite path to infinity, and still no airlight
-        let scattered = select(view.sigma_s * path, vec3f(), view.sigma_s == vec3f());
-        return lamp.sun_phase * scattered * light.power;
+        return sunlit_airlight(lamp.sun_phase, light.power, x0, x1);
     }
     if LIGHT == POINT {
         return constant_airlight(lamp, light.power, x0, x1);

@@ -3,10 +3,12 @@
 #import shadow_map
 
 // What looks up: the ray's coordinates on the map.
-fn sight_of(ray: ViewRay) -> MapPath {
+alias Sight = MapPath;
+
+fn sight_of(ray: ViewRay) -> Sight {
     return map_path(ray);
 }
 
-fn visibility_at(sight: MapPath, x: f32) -> f32 {
+fn visibility_at(sight: Sight, x: f32) -> f32 {
     return map_visibility(sight, x);
 }

@@ -39,21 +39,25 @@ fn steps_of(foot: Foot, piece: vec2f, angles: bool, directional: bool) -> Steps 
     return Steps(piece, kind, foot.x_foot, foot.h, angle, turn);
 }
 
-// The distance at which step `i` begins; the middle of step i is at i + 0.5.
-fn step_at(steps: Steps, i: f32) -> f32 {
-    let count = f32(light.samples);
-    if i >= count {
-        return steps.piece.y;
-    }
-    let t = i / count;
+// The distance at a share of the piece, in the measure in which its steps are equal.
+fn share_at(steps: Steps, t: f32) -> f32 {
     if steps.kind == EQUAL_STEPS {
         return steps.piece.x + (steps.piece.y - steps.piece.x) * t;
     }
     if steps.kind == EQUAL_TRANSMITTANCE {
         return steps.piece.x - accurate_log(1.0 - t) / view.least_extinction;
     }
-    if i == 0.0 {
+    if t == 0.0 {
         return steps.piece.x;
     }
     return steps.x_foot + steps.h * accurate_tan(steps.angle + steps.turn * t);
+}
+
+// The distance at which step `i` begins; the middle of step i is at i + 0.5.
+fn step_at(steps: Steps, i: f32) -> f32 {
+    let count = f32(light.samples);
+    if i >= count {
+        return steps.piece.y;
+    }
+    return share_at(steps, i / count);
 }

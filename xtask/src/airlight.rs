@@ -5,15 +5,18 @@ use std::time::Instant;
 
 use glam::DVec3;
 use ground_truth::{Reference, Settings, render_rows};
-use hybrid_march::{BruteForce, Occluders};
-use scene::{Bvh, BvhVisibility, DRay, Visibility};
-use shadowmap::{Bias, ExactShadowMap, Filter, MapVisibility, SurfaceVisibility};
+use hybrid_march::{
+    BruteForce, FaceBounds, Hybrid, LightMips, LowResolution, Marched, Occluders, ShadowVolume,
+};
+use scene::{Bvh, BvhVisibility, DRay, Interval, Light, Visibility};
+use shadowmap::{Bias, DepthMap, ExactShadowMap, Filter, MapVisibility, SurfaceVisibility};
 
 use crate::failure::{Failure, Outcome};
 use crate::maps::{MapSurface, Maps};
 use crate::scene_args::Setup;
-use crate::technique::{self, Options, Technique, VisibilitySource};
+use crate::technique::{self, Extruded, Options, Technique, VisibilitySource};
 use crate::view_rays::ViewRays;
+use crate::volumes::extruded_mesh;
 
 /// What the stages before left for the airlight.
 pub(crate) struct Stage<'a> {
@@ -58,7 +61,8 @@ impl Stage<'_> {
                 let found = self.exact(self.reference()?.with_shadows(&shadows));
                 Airlight { pyramid_bytes: shadows.bytes(), ..found }
             }
-            Technique::BruteForce => self.brute_force(),
+            Technique::BruteForce => self.brute_force()?,
+            Technique::Hybrid => self.hybrid()?,
             other => {
                 return technique::check(self.setup, other, "--technique")
                     .and(Err(Failure::program("a technique without a renderer")));
@@ -73,50 +77,142 @@ impl Stage<'_> {
         Reference::new(&scene.materials, self.bvh, medium, lights, settings).map_err(Failure::input)
     }
 
-    /// Calls `pixel` with every pixel's ray and where it ends.
-    fn rows(&self, pixel: impl Fn(&DRay, f64) -> DVec3 + Sync) -> Vec<DVec3> {
+    /// Calls `pixel` with every pixel's column, row and ray, and where it ends.
+    fn rows(&self, pixel: impl Fn(u32, u32, &DRay, f64) -> DVec3 + Sync) -> Vec<DVec3> {
         let (size, far) = (self.options.size, self.options.max_distance);
         render_rows(size, self.tick, |x, y| {
             let end = self.rays.end(y as usize * size.0 as usize + x as usize, far);
-            pixel(&self.setup.camera.pixel_ray(x, y, size), end)
+            pixel(x, y, &self.setup.camera.pixel_ray(x, y, size), end)
         })
+    }
+
+    /// The same for blocks of pixels in two layers, spread over the pixels by their depth.
+    fn blocks(&self, pixel: impl Fn(u32, u32, &DRay, f64) -> DVec3 + Sync) -> Outcome<Vec<DVec3>> {
+        let (size, scale, camera) = (self.options.size, self.options.scattering_scale, &self.setup.camera);
+        let low = LowResolution::new(size, scale).map_err(Failure::input)?;
+        let far = self.options.max_distance as f32;
+        let full: Vec<f32> =
+            self.rays.ends.iter().map(|&end| if end.is_finite() { end } else { far }).collect();
+        let ends = low.ends(camera, &full).map_err(Failure::program)?;
+        let columns = low.low_size().0 as usize;
+        let mut layers = Vec::new();
+        for (ends, rows) in ends.iter().zip([self.tick, &|_| ()]) {
+            let layer = render_rows(low.low_size(), rows, |x, y| {
+                let end = f64::from(ends[y as usize * columns + x as usize]);
+                let middle = |at: u32, most: u32| (at * scale + scale / 2).min(most - 1);
+                if end == 0.0 {
+                    return DVec3::ZERO;
+                }
+                pixel(middle(x, size.0), middle(y, size.1), &low.low_ray(camera, x, y), end)
+            });
+            layers.push(layer.into_iter().map(|value| value.as_vec3()).collect::<Vec<_>>());
+        }
+        let picture = low.upsample(camera, &full, [&ends[0], &ends[1]], [&layers[0], &layers[1]]);
+        Ok(picture.map_err(Failure::program)?.into_iter().map(|value| value.as_dvec3()).collect())
     }
 
     /// Closed forms and quadrature over the pieces that the reference's shadows leave.
     fn exact(&self, reference: Reference<'_>) -> Airlight {
-        Airlight { radiance: self.rows(|ray, end| reference.airlight(ray, end)), ..Airlight::default() }
+        Airlight { radiance: self.rows(|_, _, ray, end| reference.airlight(ray, end)), ..Airlight::default() }
     }
 
-    fn brute_force(&self) -> Airlight {
-        let Setup { medium, lights, model, .. } = self.setup;
+    /// What a march asks.
+    fn visibility(&self) -> Box<dyn Visibility + '_> {
         let maps = &self.maps.maps;
-        let visibility: Box<dyn Visibility + '_> = match (self.options.visibility, self.options.map.surface) {
-            (VisibilitySource::Bvh, _) => Box::new(BvhVisibility::new(self.bvh, lights)),
+        match (self.options.visibility, self.options.map.surface) {
+            (VisibilitySource::Bvh, _) => Box::new(BvhVisibility::new(self.bvh, &self.setup.lights)),
             (VisibilitySource::Map, MapSurface::Step) => {
                 Box::new(MapVisibility::new(maps, Filter::Nearest, Bias::NONE))
             }
             (VisibilitySource::Map, surface @ MapSurface::Linear) => {
                 Box::new(SurfaceVisibility::new(maps, surface.into(), Bias::NONE))
             }
-        };
+        }
+    }
+
+    fn occluders<'v>(&self, visibility: &'v dyn Visibility) -> Option<Occluders<'v>> {
         let casts = self.options.shadows_in_medium && !self.bvh.triangles().is_empty();
+        casts.then_some(Occluders { visibility, bounds: self.bvh.bounds() })
+    }
+
+    fn brute_force(&self) -> Outcome<Airlight> {
+        let Setup { medium, lights, model, .. } = self.setup;
+        let visibility = self.visibility();
         let march = BruteForce {
             medium,
             lights,
-            occluders: casts.then_some(Occluders { visibility: &*visibility, bounds: self.bvh.bounds() }),
-            samples: self.options.samples,
+            occluders: self.occluders(&*visibility),
+            samples: self.options.samples.unwrap_or(Technique::BruteForce.default_samples()),
             model: *model,
         };
+        self.marched(|_, _, ray, end| march.airlight(ray, end))
+    }
+
+    fn hybrid(&self) -> Outcome<Airlight> {
+        let Setup { medium, lights, model, camera, .. } = self.setup;
+        let options = &self.options.hybrid;
+        let samples = self.options.samples.unwrap_or(Technique::Hybrid.default_samples());
+        let visibility = self.visibility();
+        let occluders = self.occluders(&*visibility);
+        let mut bounds = Vec::new();
+        if occluders.is_some() {
+            let mesh = extruded_mesh(self.setup, options.extruded)?;
+            let tile = options.tile.max(self.options.scattering_scale);
+            for (light, map) in lights.iter().zip(&self.maps.maps) {
+                let volume = ShadowVolume::new(&mesh, light);
+                let margin = if tile > 1 { map.as_ref().map_or(0.0, texel) } else { 0.0 };
+                bounds.push(FaceBounds::draw_with_margin(&volume, camera, self.options.size, tile, margin));
+            }
+        }
+        let mips: Vec<Option<LightMips>> = lights
+            .iter()
+            .map(|light| match (light, options.mips) {
+                (Light::Spot(spot), Some(blur)) => {
+                    spot.texture.as_ref().map(|picture| LightMips::new(picture, blur))
+                }
+                _ => None,
+            })
+            .collect();
+        let mut march = Hybrid::new(medium, lights, occluders, samples, options.refine, *model)
+            .map_err(Failure::input)?;
+        march.lit_samples = options.lit_samples(samples);
+        march.placement = options.placement(*model);
+        march.mips = &mips;
+        march.partial = matches!(options.extruded, Extruded::RestAsTexture(_));
+        let (size, forward) = (self.options.size, camera.forward.as_dvec3());
+        self.marched(|x, y, ray, end| {
+            // the distances of faces belong to the pixel's own ray
+            let own = camera.pixel_ray(x, y, size);
+            let stretch = own.direction.dot(forward) / ray.direction.dot(forward);
+            let face = |bounds: &FaceBounds| {
+                let found = bounds.at(x, y)?;
+                Some(Interval::new(found.start * stretch, found.end * stretch))
+            };
+            let faces: Vec<Option<Interval>> = bounds.iter().map(face).collect();
+            march.airlight(ray, end, &faces)
+        })
+    }
+
+    /// The airlight of a march, with its costs.
+    fn marched(&self, march: impl Fn(u32, u32, &DRay, f64) -> Marched + Sync) -> Outcome<Airlight> {
         let (samples, rays) = (AtomicU64::new(0), AtomicU64::new(0));
-        let radiance = self.rows(|ray, end| {
-            let marched = march.airlight(ray, end);
+        let pixel = |x, y, ray: &DRay, end| {
+            let marched = march(x, y, ray, end);
             samples.fetch_add(marched.samples, Ordering::Relaxed);
             rays.fetch_add(marched.rays, Ordering::Relaxed);
             marched.airlight.as_dvec3()
-        });
+        };
+        let radiance = if self.options.scattering_scale > 1 { self.blocks(pixel)? } else { self.rows(pixel) };
         let (samples, rays) = (samples.into_inner(), rays.into_inner());
-        Airlight { radiance, samples, rays, ..Airlight::default() }
+        Ok(Airlight { radiance, samples, rays, ..Airlight::default() })
     }
+}
+
+/// Side of a map's texel: a tangent, or for parallel rays units: m.
+fn texel(map: &DepthMap) -> f64 {
+    let face = &map.projection().faces()[0];
+    let (width, height) = map.size();
+    2.0 * (face.half.x / f64::from(width)).max(face.half.y / f64::from(height))
 }
 
 /// What the exact reference and the surfaces are told.

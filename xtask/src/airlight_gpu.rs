@@ -1,11 +1,12 @@
 //! The airlight of a picture on the GPU: the same stage as on the CPU, from the same view rays and the same maps.
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use glam::{DVec3, Vec3};
 use gpu_backend::{
-    Fog, FogDescriptor, Frame, GpuBvh, GpuContext, Lamp, Lookup, MAX_LIGHTS, PassTime, SceneDepth, ShadowMap,
-    Shadows, View,
+    Faces, Fog, FogDescriptor, Frame, GpuBvh, GpuContext, Lamp, LightPicture, Lookup, MAX_LIGHTS, PassTime,
+    SceneDepth, ShadowCasters, ShadowMap, ShadowVolume, Shadows, View,
 };
 use scene::{AirlightModel, Light, WideBvh};
 use shadowmap::Bias;
@@ -15,7 +16,8 @@ use crate::failure::{Failure, Outcome};
 use crate::gpu;
 use crate::maps::MapSurface;
 use crate::scene_args::Setup;
-use crate::technique::{Technique, VisibilitySource};
+use crate::technique::{Extruded, HybridOptions, Technique, VisibilitySource};
+use crate::volumes;
 
 /// Why the GPU cannot do what is asked, if so; the CPU can.
 pub(crate) fn lacks(setup: &Setup, technique: Technique) -> Option<String> {
@@ -23,7 +25,7 @@ pub(crate) fn lacks(setup: &Setup, technique: Technique) -> Option<String> {
         return Some(format!("{} lights, and {MAX_LIGHTS} fit on the GPU", setup.lights.len()));
     }
     match technique {
-        Technique::BruteForce => None,
+        Technique::BruteForce | Technique::Hybrid => None,
         Technique::ExactShadowMap => {
             let local = setup.lights.iter().any(|light| !matches!(light, Light::Directional(_)));
             if setup.medium.bounds.is_some() {
@@ -47,8 +49,11 @@ pub(crate) struct GpuFrame<'a> {
     fog: Fog,
     stage: &'a Stage<'a>,
     technique: gpu_backend::Technique,
+    scale: u32,
     maps: Vec<Option<ShadowMap>>,
     bvh: Option<GpuBvh>,
+    /// Of each light, for techniques that use them.
+    volumes: Vec<ShadowVolume>,
     casts: bool,
 }
 
@@ -67,15 +72,19 @@ impl<'a> GpuFrame<'a> {
     pub(crate) fn new(gpu: &'a GpuContext, stage: &'a Stage<'a>, technique: Technique) -> Outcome<Self> {
         let options = stage.options;
         let surface = options.map.surface;
+        let lookup = match surface {
+            MapSurface::Step => Lookup::Nearest,
+            MapSurface::Linear => Lookup::LinearSurface,
+        };
+        let samples = options.samples.unwrap_or(technique.default_samples());
+        let scale = if technique.takes_scale() { options.scattering_scale } else { 1 };
+        let hybrid = technique == Technique::Hybrid;
         let technique = match technique {
             Technique::ExactShadowMap => gpu_backend::Technique::ExactShadowMap { surface: surface.into() },
-            _ => gpu_backend::Technique::BruteForce {
-                samples: options.samples,
-                lookup: match surface {
-                    MapSurface::Step => Lookup::Nearest,
-                    MapSurface::Linear => Lookup::LinearSurface,
-                },
-            },
+            Technique::Hybrid => {
+                gpu_backend::Technique::Hybrid(hybrid_of(&options.hybrid, stage.setup.model, samples, lookup))
+            }
+            _ => gpu_backend::Technique::BruteForce { samples, lookup },
         };
         let upload = |map: &shadowmap::DepthMap| {
             ShadowMap::upload(&gpu.device, &gpu.queue, map, Bias::NONE)
@@ -84,15 +93,16 @@ impl<'a> GpuFrame<'a> {
         let maps = stage.maps.maps.iter().map(|map| map.as_ref().map(upload).transpose());
         let maps = maps.collect::<Outcome<Vec<_>>>()?;
         let casts = options.shadows_in_medium && !stage.bvh.triangles().is_empty();
-        let march = matches!(technique, gpu_backend::Technique::BruteForce { .. });
+        let march = !matches!(technique, gpu_backend::Technique::ExactShadowMap { .. });
         let bvh = if casts && march && options.visibility == VisibilitySource::Bvh {
             let wide = WideBvh::build(&stage.setup.scene).map_err(Failure::input)?;
             Some(GpuBvh::upload(&gpu.device, &wide).map_err(Failure::input)?)
         } else {
             None
         };
+        let volumes = if casts && hybrid { volumes(gpu, stage)? } else { Vec::new() };
         let fog = Fog::new(&gpu.device, &FogDescriptor::default()).map_err(Failure::program)?;
-        let mut frame = Self { gpu, fog, stage, technique, maps, bvh, casts };
+        let mut frame = Self { gpu, fog, stage, technique, scale, maps, bvh, volumes, casts };
         frame.prepare()?;
         Ok(frame)
     }
@@ -104,10 +114,12 @@ impl<'a> GpuFrame<'a> {
             .lights
             .iter()
             .zip(&self.maps)
-            .map(|(light, map)| {
+            .enumerate()
+            .map(|(index, (light, map))| {
                 let by_map = map.as_ref().map(|map| Shadows::Map { map, casters });
                 let by_rays = self.bvh.as_ref().map(|bvh| Shadows::Rays { bvh, casters });
-                Lamp { light, shadows: if self.casts { by_rays.or(by_map) } else { None } }
+                let shadows = if self.casts { by_rays.or(by_map) } else { None };
+                Lamp { light, shadows, volume: self.volumes.get(index) }
             })
             .collect();
         let view = View {
@@ -122,14 +134,17 @@ impl<'a> GpuFrame<'a> {
             lamps: &lamps,
             model: setup.model,
             technique: self.technique,
+            scattering_scale: self.scale,
         };
         self.fog.prepare(&self.gpu.device, &self.gpu.queue, &frame).map_err(Failure::input)
     }
 
-    /// Renders the frame; with `rebuild` the pyramids of its maps are made anew, as if the lights had moved.
+    /// Renders the frame; with `rebuild` the pyramids of its maps and the silhouettes are made anew, as if the lights had
+    /// moved.
     pub(crate) fn render(&mut self, rebuild: bool) -> Outcome<GpuTimes> {
         if rebuild {
             self.maps.iter().flatten().for_each(ShadowMap::touch);
+            self.volumes.iter().for_each(ShadowVolume::touch);
         }
         self.prepare()?;
         let (device, queue) = (&self.gpu.device, &self.gpu.queue);
@@ -157,6 +172,13 @@ impl<'a> GpuFrame<'a> {
         self.fog.stats()
     }
 
+    /// Silhouette edges of all lights.
+    pub(crate) fn silhouette_edges(&self) -> Outcome<u64> {
+        let (device, queue) = (&self.gpu.device, &self.gpu.queue);
+        let edges = self.volumes.iter().map(|volume| volume.read_edge_count(device, queue));
+        edges.map(|count| Ok(u64::from(count.map_err(Failure::program)?))).sum()
+    }
+
     /// Memory of what was made from the maps; units: bytes.
     pub(crate) fn pyramid_bytes(&self) -> u64 {
         let texels = |map: &ShadowMap| {
@@ -164,6 +186,34 @@ impl<'a> GpuFrame<'a> {
         };
         self.maps.iter().flatten().map(|map| map.bytes() - texels(map)).sum()
     }
+}
+
+/// The hybrid's settings.
+fn hybrid_of(
+    options: &HybridOptions,
+    model: AirlightModel,
+    samples: u32,
+    lookup: Lookup,
+) -> gpu_backend::Hybrid {
+    gpu_backend::Hybrid {
+        samples,
+        lit_samples: options.lit_samples(samples),
+        placement: options.placement(model),
+        picture: options.mips.map_or(LightPicture::Point, |blur| LightPicture::Mips { blur }),
+        lookup,
+        faces: if options.tile == 1 { Faces::Pixels } else { Faces::Tiles(options.tile) },
+        refine: options.refine,
+        partial: matches!(options.extruded, Extruded::RestAsTexture(_)),
+    }
+}
+
+/// A shadow volume for each light, of what the options say.
+fn volumes(gpu: &GpuContext, stage: &Stage<'_>) -> Outcome<Vec<ShadowVolume>> {
+    let mesh = volumes::extruded_mesh(stage.setup, stage.options.hybrid.extruded)?;
+    let casters = ShadowCasters::upload(&gpu.device, &mesh).map_err(Failure::input)?;
+    let casters = Arc::new(casters);
+    let of_light = |_: &Light| ShadowVolume::new(&gpu.device, Arc::clone(&casters)).map_err(Failure::input);
+    stage.setup.lights.iter().map(of_light).collect()
 }
 
 /// The airlight by `technique`: the second of two renderings, since the first also compiles.

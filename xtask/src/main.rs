@@ -28,6 +28,7 @@ mod surfaces;
 mod surfaces_gpu;
 mod technique;
 mod view_rays;
+mod volumes;
 
 use failure::Outcome;
 

@@ -337,7 +337,14 @@ impl RenderArgs {
             airlight_only: self.airlight_only,
             shadows_in_medium: !self.unshadowed,
             max_distance: self.max_distance.unwrap_or(defaults.max_distance),
-            samples: self.quality.samples.unwrap_or(defaults.samples),
+            samples: self.quality.samples,
+            // clap allows 1, 2 and 4 alone
+            scattering_scale: self
+                .quality
+                .scattering_scale
+                .as_deref()
+                .and_then(|s| s.parse().ok())
+                .unwrap_or(1),
             visibility: self.visibility.unwrap_or(if on_gpu {
                 VisibilitySource::Map
             } else {

@@ -33,8 +33,11 @@ pub(crate) fn run(
     let triangles = SurfaceTriangles::upload(device, &triangles).map_err(Failure::input)?;
     let shadows = Shadows::Rays { bvh: &hierarchy, casters: bvh.bounds() };
     let casts = !bvh.triangles().is_empty();
-    let lamps: Vec<Lamp<'_>> =
-        setup.lights.iter().map(|light| Lamp { light, shadows: casts.then_some(shadows) }).collect();
+    let lamps: Vec<Lamp<'_>> = setup
+        .lights
+        .iter()
+        .map(|light| Lamp { light, shadows: casts.then_some(shadows), volume: None })
+        .collect();
     let frame = SurfaceFrame {
         camera: &setup.camera,
         size,

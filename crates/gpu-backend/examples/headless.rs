@@ -33,9 +33,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let frame = Frame {
         views: &[View { camera, size, depth: depth.scene_depth(), max_distance: f64::INFINITY }],
         medium: &medium,
-        lamps: &[Lamp { light, shadows: Some(Shadows::Map { map: map.map(), casters }) }],
+        lamps: &[Lamp { light, shadows: Some(Shadows::Map { map: map.map(), casters }), volume: None }],
         model: AirlightModel::Sun,
         technique: Technique::ExactShadowMap { surface: MapSurface::Step },
+        scattering_scale: 1,
     };
     fog.prepare(&gpu.device, &gpu.queue, &frame)?;
     fog.encode(&mut encoder);

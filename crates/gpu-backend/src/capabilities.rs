@@ -7,9 +7,12 @@ pub const fn required_features() -> wgpu::Features {
     wgpu::Features::empty()
 }
 
-/// Features that are used where a device has them: times of each pass.
+/// Features that are used where a device has them: times of each pass, the frontmost and backmost faces of shadow volumes
+/// in one draw instead of two, and light textures filtered in 32 bits instead of 16.
 pub const fn optional_features() -> wgpu::Features {
     wgpu::Features::TIMESTAMP_QUERY
+        .union(wgpu::Features::FLOAT32_BLENDABLE)
+        .union(wgpu::Features::FLOAT32_FILTERABLE)
 }
 
 /// The limits that the passes stay within: WebGPU's defaults.
@@ -23,6 +26,8 @@ pub fn required_limits() -> wgpu::Limits {
 pub struct Capabilities {
     /// Whether each pass can be timed on the GPU; without it only the wall clock around a submission is left.
     pub pass_times: bool,
+    /// Whether 32-bit floats blend: the outermost faces of a shadow volume are then found in one draw instead of two.
+    pub blends_float32: bool,
     /// Longest side of a shadow map; units: texels.
     pub largest_map: u32,
     /// Longest side of a view; units: pixels.
@@ -37,6 +42,7 @@ impl Capabilities {
         let limits = device.limits();
         Self {
             pass_times: device.features().contains(wgpu::Features::TIMESTAMP_QUERY),
+            blends_float32: device.features().contains(wgpu::Features::FLOAT32_BLENDABLE),
             largest_map: limits.max_texture_dimension_2d,
             largest_view: limits.max_texture_dimension_2d,
             largest_binding: limits.max_storage_buffer_binding_size,
@@ -50,7 +56,7 @@ pub(crate) fn check_limits(device: &wgpu::Device) -> Result<(), CreateError> {
     let needed: [(&'static str, u32, u32); 8] = [
         ("max_bind_groups", 4, got.max_bind_groups),
         ("max_storage_buffers_per_shader_stage", 4, got.max_storage_buffers_per_shader_stage),
-        ("max_sampled_textures_per_shader_stage", 7, got.max_sampled_textures_per_shader_stage),
+        ("max_sampled_textures_per_shader_stage", 9, got.max_sampled_textures_per_shader_stage),
         ("max_storage_textures_per_shader_stage", 4, got.max_storage_textures_per_shader_stage),
         ("max_uniform_buffers_per_shader_stage", 2, got.max_uniform_buffers_per_shader_stage),
         ("max_compute_invocations_per_workgroup", 256, got.max_compute_invocations_per_workgroup),

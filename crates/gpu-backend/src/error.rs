@@ -146,6 +146,23 @@ pub enum PrepareError {
         /// Index of the light.
         light: usize,
     },
+    /// The hybrid march needs the light's shadow volume.
+    #[error("light {light}: there is no shadow volume to march in; see Lamp::volume")]
+    NoVolume {
+        /// Index of the light.
+        light: usize,
+    },
+    /// Blocks of no pixels, or of so many that they have nothing to do with each other.
+    #[error("a scattering scale of {got}; it must be from 1 to {most}")]
+    ScatteringScale {
+        /// Pixels along the side of a block.
+        got: u32,
+        /// Most of them.
+        most: u32,
+    },
+    /// A mesh whose edges cannot be told.
+    #[error("the casters: {0}")]
+    Mesh(String),
     /// A map or projection without meaning.
     #[error(transparent)]
     Map(#[from] shadowmap::ShadowMapError),

@@ -21,9 +21,10 @@
 //! fog.prepare(&gpu.device, &gpu.queue, &Frame {
 //!     views: &[view],
 //!     medium: &Medium::homogeneous([0.05; 3], [0.01; 3])?,
-//!     lamps: &[Lamp { light: &light, shadows: None }],
+//!     lamps: &[Lamp { light: &light, shadows: None, volume: None }],
 //!     model: AirlightModel::Sun,
 //!     technique: Technique::ExactShadowMap { surface: MapSurface::Step },
+//!     scattering_scale: 1,
 //! })?;
 //! let mut encoder = gpu.device.create_command_encoder(&Default::default());
 //! fog.encode(&mut encoder);
@@ -56,6 +57,7 @@ pub mod shader;
 mod stats;
 mod surfaces;
 mod timing;
+mod volume;
 mod write_texture;
 
 pub use bvh::{GpuBvh, OcclusionProbe, ShadowRay, Traced};
@@ -64,11 +66,12 @@ pub use context::{DeviceFeatures, GpuContext, software_or_hardware};
 pub use draw::{DepthDrawer, DrawnDepth, DrawnMap, Triangles};
 pub use error::{ContextError, CreateError, GpuError, PrepareError, ReadError};
 pub use fog::{
-    CompositeTarget, Fog, FogDescriptor, Frame, Lamp, Lookup, MAX_LIGHTS, SceneDepth, Shadows, Technique,
-    View,
+    CompositeTarget, Fog, FogDescriptor, Frame, Hybrid, Lamp, LightPicture, Lookup, MAX_LIGHTS, Placement,
+    SceneDepth, Shadows, Technique, View,
 };
 pub use map::{HostDepth, ShadowMap};
 pub use probe::{AirlightProbe, Problem, SunProbe, SunProblem};
 pub use stats::{FrameStats, PassTime};
 pub use surfaces::{SurfaceFrame, SurfaceTriangle, SurfaceTriangles, Surfaces, VisibleSurfaces};
+pub use volume::{Faces, ShadowCasters, ShadowVolume};
 pub use wgpu;

@@ -1,7 +1,60 @@
 //! What every compute pass is made of: layout entries, pipelines specialised by constants, encoding.
 
 use crate::checked::created;
+use crate::timing::PassTimer;
 use crate::{CreateError, shader};
+
+/// What a frame is encoded from, in order.
+#[derive(Debug, Clone)]
+pub(crate) enum Step {
+    /// A dispatch.
+    Compute(ComputePass),
+    /// A draw.
+    Draw(DrawPass),
+    /// Fills a buffer with zeros.
+    Clear(wgpu::Buffer),
+    /// Copies all of a buffer to the beginning of another.
+    Copy { from: wgpu::Buffer, to: wgpu::Buffer },
+}
+
+impl Step {
+    /// The name of a pass; what is none has no name and no time.
+    pub(crate) fn label(&self) -> Option<&str> {
+        match self {
+            Self::Compute(pass) => Some(&pass.label),
+            Self::Draw(pass) => Some(&pass.label),
+            Self::Clear(_) | Self::Copy { .. } => None,
+        }
+    }
+
+    /// Encodes the step; `index` is that of the pass among the passes that `timer` times.
+    fn encode(&self, encoder: &mut wgpu::CommandEncoder, timer: Option<&PassTimer>, index: u32) {
+        match self {
+            Self::Compute(pass) => pass.encode(encoder, timer.map(|timer| timer.writes(index))),
+            Self::Draw(pass) => pass.encode(encoder, timer.map(|timer| timer.draw_writes(index))),
+            Self::Clear(buffer) => encoder.clear_buffer(buffer, 0, None),
+            Self::Copy { from, to } => encoder.copy_buffer_to_buffer(from, 0, to, 0, from.size()),
+        }
+    }
+}
+
+/// Encodes steps in order, the passes among them with their stamps.
+pub(crate) fn encode_all(steps: &[Step], encoder: &mut wgpu::CommandEncoder, timer: Option<&PassTimer>) {
+    let mut index = 0;
+    for step in steps {
+        step.encode(encoder, timer, index);
+        index += u32::from(step.label().is_some());
+    }
+}
+
+/// How many groups of threads a dispatch has.
+#[derive(Debug, Clone)]
+pub(crate) enum Dispatch {
+    /// So many along each axis.
+    Groups([u32; 3]),
+    /// As many as three words of a buffer say, from this byte on.
+    Indirect(wgpu::Buffer, u64),
+}
 
 /// A dispatch that is ready to be encoded.
 #[derive(Debug, Clone)]
@@ -9,7 +62,7 @@ pub(crate) struct ComputePass {
     pub(crate) label: String,
     pub(crate) pipeline: wgpu::ComputePipeline,
     pub(crate) groups: Vec<wgpu::BindGroup>,
-    pub(crate) workgroups: [u32; 3],
+    pub(crate) dispatch: Dispatch,
 }
 
 impl ComputePass {
@@ -25,8 +78,66 @@ impl ComputePass {
         for (group, index) in self.groups.iter().zip(0..) {
             pass.set_bind_group(index, group, &[]);
         }
-        let [x, y, z] = self.workgroups;
-        pass.dispatch_workgroups(x, y, z);
+        match &self.dispatch {
+            Dispatch::Groups([x, y, z]) => pass.dispatch_workgroups(*x, *y, *z),
+            Dispatch::Indirect(buffer, offset) => pass.dispatch_workgroups_indirect(buffer, *offset),
+        }
+    }
+}
+
+/// What a draw goes into, and what it holds before.
+#[derive(Debug, Clone)]
+pub(crate) enum DrawTarget {
+    Color(wgpu::TextureView, wgpu::Color),
+    Depth(wgpu::TextureView, f32),
+}
+
+/// A draw that is ready to be encoded; its arguments lie in a buffer from a byte on.
+#[derive(Debug, Clone)]
+pub(crate) struct DrawPass {
+    pub(crate) label: String,
+    pub(crate) pipeline: wgpu::RenderPipeline,
+    pub(crate) group: wgpu::BindGroup,
+    pub(crate) target: DrawTarget,
+    pub(crate) arguments: (wgpu::Buffer, u64),
+}
+
+impl DrawPass {
+    /// Encodes the draw as a pass of its own.
+    fn encode(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        timestamp_writes: Option<wgpu::RenderPassTimestampWrites<'_>>,
+    ) {
+        let store = wgpu::StoreOp::Store;
+        let color = match &self.target {
+            DrawTarget::Color(view, clear) => Some(wgpu::RenderPassColorAttachment {
+                view,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations { load: wgpu::LoadOp::Clear(*clear), store },
+            }),
+            DrawTarget::Depth(..) => None,
+        };
+        let depth = match &self.target {
+            DrawTarget::Depth(view, clear) => Some(wgpu::RenderPassDepthStencilAttachment {
+                view,
+                depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(*clear), store }),
+                stencil_ops: None,
+            }),
+            DrawTarget::Color(..) => None,
+        };
+        let colors: Vec<_> = color.into_iter().map(Some).collect();
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some(&self.label),
+            color_attachments: &colors,
+            depth_stencil_attachment: depth,
+            timestamp_writes,
+            ..Default::default()
+        });
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, &self.group, &[]);
+        pass.draw_indirect(&self.arguments.0, self.arguments.1);
     }
 }
 
@@ -96,6 +207,23 @@ pub(crate) fn texture(binding: u32, dimension: wgpu::TextureViewDimension) -> wg
     )
 }
 
+/// A float texture that is filtered.
+pub(crate) fn filtered_texture(binding: u32) -> wgpu::BindGroupLayoutEntry {
+    entry(
+        binding,
+        wgpu::BindingType::Texture {
+            sample_type: wgpu::TextureSampleType::Float { filterable: true },
+            view_dimension: wgpu::TextureViewDimension::D2,
+            multisampled: false,
+        },
+    )
+}
+
+/// A sampler that filters.
+pub(crate) fn sampler(binding: u32) -> wgpu::BindGroupLayoutEntry {
+    entry(binding, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering))
+}
+
 /// A depth texture.
 pub(crate) fn depth_texture(
     binding: u32,
@@ -149,4 +277,21 @@ pub(crate) fn storage(binding: u32) -> wgpu::BindGroupLayoutEntry {
             min_binding_size: None,
         },
     )
+}
+
+/// A buffer that is read and written.
+pub(crate) fn storage_written(binding: u32) -> wgpu::BindGroupLayoutEntry {
+    entry(
+        binding,
+        wgpu::BindingType::Buffer {
+            ty: wgpu::BufferBindingType::Storage { read_only: false },
+            has_dynamic_offset: false,
+            min_binding_size: None,
+        },
+    )
+}
+
+/// The same entry for a draw.
+pub(crate) fn drawn(entry: wgpu::BindGroupLayoutEntry) -> wgpu::BindGroupLayoutEntry {
+    wgpu::BindGroupLayoutEntry { visibility: wgpu::ShaderStages::VERTEX_FRAGMENT, ..entry }
 }

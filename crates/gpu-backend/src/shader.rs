@@ -26,9 +26,14 @@ pub const SHARED: &[File] = files![
     "shared/bindings",
     "shared/bindings_bvh",
     "shared/bindings_view",
+    "shared/blocks",
     "shared/bvh",
     "shared/elementary",
+    "shared/faces",
+    "shared/hybrid",
+    "shared/hybrid_textured",
     "shared/light",
+    "shared/light_mips",
     "shared/light_path",
     "shared/march",
     "shared/march_varying",
@@ -41,13 +46,16 @@ pub const SHARED: &[File] = files![
     "shared/steps",
     "shared/traversal",
     "shared/view",
+    "shared/volume",
 ];
 
 /// Passes: one entry point each.
 pub const PASSES: &[File] = files![
     "frame/composite",
+    "frame/downsample",
     "frame/ray_ends",
     "frame/surfaces",
+    "frame/upsample",
     "map/depth",
     "map/heights",
     "map/pyramid",
@@ -55,10 +63,20 @@ pub const PASSES: &[File] = files![
     "probe/occlusion",
     "probe/special",
     "scatter/exact",
+    "scatter/hybrid",
+    "scatter/hybrid_rays",
+    "scatter/hybrid_textured",
+    "scatter/hybrid_textured_rays",
     "scatter/march",
     "scatter/march_rays",
     "scatter/march_varying",
     "scatter/march_varying_rays",
+    "volume/face_depths",
+    "volume/faces",
+    "volume/merge",
+    "volume/resolve",
+    "volume/silhouette",
+    "volume/tiles",
 ];
 
 /// The text of a pass with everything that it imports in front.

@@ -78,6 +78,15 @@ impl PassTimer {
         }
     }
 
+    /// The same for a draw.
+    pub(crate) fn draw_writes(&self, pass: u32) -> wgpu::RenderPassTimestampWrites<'_> {
+        wgpu::RenderPassTimestampWrites {
+            query_set: &self.stamps,
+            beginning_of_pass_write_index: Some(2 * pass),
+            end_of_pass_write_index: Some(2 * pass + 1),
+        }
+    }
+
     /// Encodes what makes the stamps of a frame's passes readable.
     pub(crate) fn resolve<'a>(
         &mut self,

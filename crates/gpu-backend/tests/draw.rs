@@ -219,7 +219,11 @@ fn what_stands_still_is_drawn_converted_and_refined_once() {
         let lamps: Vec<Lamp<'_>> = lights
             .iter()
             .zip(maps)
-            .map(|(light, map)| Lamp { light, shadows: Some(Shadows::Map { map: map.map(), casters }) })
+            .map(|(light, map)| Lamp {
+                light,
+                shadows: Some(Shadows::Map { map: map.map(), casters }),
+                volume: None,
+            })
             .collect();
         let view = View {
             camera: &stage.camera,
@@ -234,6 +238,7 @@ fn what_stands_still_is_drawn_converted_and_refined_once() {
             lamps: &lamps,
             model: AirlightModel::Sun,
             technique,
+            scattering_scale: 1,
         };
         let picture = render(&gpu, fog, &frame);
         let count = |name: &str| fog.stats().passes.iter().filter(|pass| pass.contains(name)).count();

@@ -68,13 +68,14 @@ impl Parts<'_> {
             max_distance: self.max_distance,
         };
         let lamps: Vec<Lamp<'_>> =
-            self.lights.iter().map(|light| Lamp { light, shadows: self.shadows }).collect();
+            self.lights.iter().map(|light| Lamp { light, shadows: self.shadows, volume: None }).collect();
         f(&Frame {
             views: &[view],
             medium: &self.medium,
             lamps: &lamps,
             model: self.model,
             technique: self.technique,
+            scattering_scale: 1,
         })
     }
 

@@ -313,9 +313,15 @@ fn surfaces_are_attenuated_and_airlight_is_added() {
                 max_distance: 30.0,
             });
             let shadows = Some(Shadows::Map { map: &map, casters: set.stages[0].bvh.bounds() });
-            let lamps = [Lamp { light: &set.light, shadows }];
-            let frame =
-                Frame { views: &views, medium: &medium, lamps: &lamps, model: AirlightModel::Sun, technique };
+            let lamps = [Lamp { light: &set.light, shadows, volume: None }];
+            let frame = Frame {
+                views: &views,
+                medium: &medium,
+                lamps: &lamps,
+                model: AirlightModel::Sun,
+                technique,
+                scattering_scale: 1,
+            };
             map.touch();
             fog.prepare(&host.device, &host.queue, &frame).unwrap();
             let pixels: u32 = SIZES.iter().map(|(width, height)| width * height).sum();
@@ -424,7 +430,7 @@ fn frames_may_be_encoded_before_others_are_submitted() {
     let Some(host) = Host::new(gpu_backend::optional_features(), &set.stages[0]) else { return };
     let mut fog = Fog::new(&host.device, &FogDescriptor::default()).unwrap();
     let stage = &set.stages[0];
-    let lamps = [Lamp { light: &set.light, shadows: None }];
+    let lamps = [Lamp { light: &set.light, shadows: None, volume: None }];
     let view = View {
         camera: &stage.camera,
         size: stage.size,
@@ -437,6 +443,7 @@ fn frames_may_be_encoded_before_others_are_submitted() {
         lamps: &lamps,
         model: AirlightModel::Sun,
         technique: Technique::ExactShadowMap { surface: MapSurface::Step },
+        scattering_scale: 1,
     };
     let mut commands = Vec::new();
     for _ in 0..3 {

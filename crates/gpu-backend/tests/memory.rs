@@ -33,9 +33,10 @@ fn memory_does_not_grow() {
             let frame = Frame {
                 views: &[view],
                 medium: &stage.medium,
-                lamps: &[Lamp { light: &light, shadows }],
+                lamps: &[Lamp { light: &light, shadows, volume: None }],
                 model: AirlightModel::Sun,
                 technique: Technique::ExactShadowMap { surface: MapSurface::Step },
+                scattering_scale: 1,
             };
             map.touch();
             fog.prepare(&gpu.device, &gpu.queue, &frame).unwrap();

@@ -58,7 +58,7 @@ impl Seen {
 
     fn lamp<'a>(&'a self, light: &'a Light) -> Lamp<'a> {
         let casters = self.stage.bvh.bounds();
-        Lamp { light, shadows: Some(Shadows::Rays { bvh: &self.bvh, casters }) }
+        Lamp { light, shadows: Some(Shadows::Rays { bvh: &self.bvh, casters }), volume: None }
     }
 
     fn on_gpu(
@@ -220,7 +220,8 @@ fn without_casters_a_face_turned_to_the_light_is_lit() {
         let seen = Seen::new(&gpu, "slats");
         let light = &lights(&seen.stage)[2];
         let medium = Medium::homogeneous([0.0; 3], [0.0; 3]).unwrap();
-        let open = render(&gpu, &mut surfaces, &seen.frame(&medium, &[Lamp { light, shadows: None }]));
+        let open =
+            render(&gpu, &mut surfaces, &seen.frame(&medium, &[Lamp { light, shadows: None, volume: None }]));
         let shadowed = render(&gpu, &mut surfaces, &seen.frame(&medium, &[seen.lamp(light)]));
         let lit = |picture: &[[f32; 3]]| picture.iter().filter(|pixel| pixel[0] > 0.0).count();
         assert!(open.iter().zip(&shadowed).all(|(a, b)| b == a || *b == [0.0; 3]));
@@ -251,7 +252,7 @@ fn what_cannot_be_lit_is_refused() {
         let map = seen.stage.map(light, 16, shadowmap::MapSurface::Step).unwrap();
         let map = common::upload(&gpu, &map);
         let casters = seen.stage.bvh.bounds();
-        let mapped = [Lamp { light, shadows: Some(Shadows::Map { map: &map, casters }) }];
+        let mapped = [Lamp { light, shadows: Some(Shadows::Map { map: &map, casters }), volume: None }];
         assert!(matches!(try_frame(&seen.frame(medium, &mapped)), Err(PrepareError::Refused(_))));
         // nothing is left of the frame before
         assert_eq!(surfaces.read(&gpu.device, &gpu.queue), Err(ReadError::Nothing("such surfaces")));

@@ -31,9 +31,28 @@
 //! # Ok::<(), scene::SceneError>(())
 //! ```
 
+mod adjacency;
 mod brute_force;
 mod extent;
+mod face_bounds;
+mod face_polygon;
+mod hybrid;
+mod light_mips;
 mod piece;
+mod proxy;
+mod shadow_volume;
+mod silhouette;
+mod textured;
+mod upsample;
 
+pub use adjacency::{Adjacency, AdjacencyError, Edge, NO_SIDE};
 pub use brute_force::{BruteForce, Marched, Occluders};
 pub use extent::shadow_extent;
+pub use face_bounds::FaceBounds;
+pub use hybrid::Hybrid;
+pub use light_mips::{Level, LightMips};
+pub use proxy::{bounding_box, cluster, near_viewer};
+pub use shadow_volume::ShadowVolume;
+pub use silhouette::{Silhouette, SilhouetteEdge};
+pub use textured::{Placement, TexturedMarch};
+pub use upsample::{LowResolution, LowResolutionError};

@@ -253,7 +253,7 @@ fn measure(
         .iter()
         .map(|setting| match setting {
             Setting::Exact { .. } => base,
-            Setting::March(samples) => Options { samples: *samples, ..base },
+            Setting::March(samples) => Options { samples: Some(*samples), ..base },
         })
         .collect();
     let tick = |_: u64| ();

@@ -100,7 +100,7 @@ impl Setting {
         let options = Options {
             airlight_only: true,
             shadows_in_medium: self != Self::NoShadows,
-            samples,
+            samples: Some(samples),
             ..Options::new((side, side))
         };
         render(setup, bvh, technique, &options, None, label)

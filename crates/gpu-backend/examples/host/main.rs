@@ -54,9 +54,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 max_distance: f64::from(FAR),
             }],
             medium: &Medium::homogeneous([0.03; 3], [0.003; 3])?,
-            lamps: &[Lamp { light: &light, shadows: Some(Shadows::Map { map: &map, casters }) }],
+            lamps: &[Lamp {
+                light: &light,
+                shadows: Some(Shadows::Map { map: &map, casters }),
+                volume: None,
+            }],
             model: AirlightModel::Sun,
             technique: Technique::ExactShadowMap { surface: MapSurface::Step },
+            scattering_scale: 1,
         },
     )?;
 

@@ -1,9 +1,10 @@
 //! What a frame is made of: views, a medium, lights with their maps, and how airlight is computed.
 
+pub use hybrid_march::Placement;
 use scene::{Aabb, AirlightModel, Camera, Light, Medium};
 use shadowmap::{DepthOrder, MapSurface};
 
-use crate::{GpuBvh, ShadowMap};
+use crate::{Faces, GpuBvh, ShadowMap, ShadowVolume};
 
 /// Most lights of a frame.
 pub const MAX_LIGHTS: usize = 8;
@@ -21,6 +22,9 @@ pub struct Frame<'a> {
     pub model: AirlightModel,
     /// How shadows are found.
     pub technique: Technique,
+    /// Pixels along the side of the blocks for which airlight is computed, in two layers that a filter spreads over the
+    /// pixels by their depth (Wyman and Ramsey 2008, section 3.3); 1 for every pixel.
+    pub scattering_scale: u32,
 }
 
 /// One view of a frame.
@@ -63,6 +67,8 @@ pub struct Lamp<'a> {
     pub light: &'a Light,
     /// Its shadows; `None` where nothing casts any, which then cost nothing.
     pub shadows: Option<Shadows<'a>>,
+    /// The shadow volume of its casters, for [`Technique::Hybrid`]; others do not look at it.
+    pub volume: Option<&'a ShadowVolume>,
 }
 
 /// What shadows a light, with a box around all that casts shadows: a march spends no step outside of what that can
@@ -110,7 +116,7 @@ impl<'a> Shadows<'a> {
 }
 
 /// How airlight with shadows is computed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Technique {
     /// The exact lit pieces of each view ray against the map; no step, no sample.
     ExactShadowMap {
@@ -124,6 +130,80 @@ pub enum Technique {
         /// How a map is looked up.
         lookup: Lookup,
     },
+    /// A march between the frontmost and the backmost face of each light's shadow volume (Wyman and Ramsey 2008).
+    Hybrid(Hybrid),
+}
+
+/// How a march reads the picture of a spot.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum LightPicture {
+    /// Its colour at each step's middle.
+    Point,
+    /// Its mean over each step, from a chain of smaller pictures.
+    Mips {
+        /// Standard deviation of a Gaussian that blurs the picture first; units: texels.
+        blur: f32,
+    },
+}
+
+impl LightPicture {
+    /// By how much mips are blurred; `None` without mips.
+    pub(crate) fn blur(self) -> Option<f32> {
+        match self {
+            Self::Point => None,
+            Self::Mips { blur } => Some(blur),
+        }
+    }
+}
+
+/// A march between shadow-volume faces.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hybrid {
+    /// Steps between the faces of each ray for each light.
+    pub samples: u32,
+    /// Steps in each of the lit segments before and behind the faces, for spots whose intensity has no closed form
+    /// along the ray: textured ones, and all in Hoffman and Preetham's model.
+    pub lit_samples: u32,
+    /// Where those and the steps between lie for such spots.
+    pub placement: Placement,
+    /// How the picture of a spot is read.
+    pub picture: LightPicture,
+    /// How a map is looked up.
+    pub lookup: Lookup,
+    /// For which pixels faces are found.
+    pub faces: Faces,
+    /// Further lookups that bisect each boundary found between two steps; none where lookups give shares.
+    pub refine: u32,
+    /// Whether the shadow volume is that of a part of the casters: shadows are then looked up in all of a spot's cone,
+    /// as if the others were in its picture (section 5). Other lights cannot take it.
+    pub partial: bool,
+}
+
+impl Default for Hybrid {
+    /// 48 steps, 24 in light, of equal angle; mips; faces by tiles of 8 pixels; 6 bisections.
+    fn default() -> Self {
+        Self {
+            samples: 48,
+            lit_samples: 24,
+            placement: Placement::EqualAngle,
+            picture: LightPicture::Mips { blur: 0.0 },
+            lookup: Lookup::Nearest,
+            faces: Faces::Tiles(8),
+            refine: 6,
+            partial: false,
+        }
+    }
+}
+
+impl Technique {
+    /// How the technique looks maps up, where it marches.
+    pub(crate) fn lookup(&self) -> Option<Lookup> {
+        match self {
+            Self::ExactShadowMap { .. } => None,
+            Self::BruteForce { lookup, .. } => Some(*lookup),
+            Self::Hybrid(hybrid) => Some(hybrid.lookup),
+        }
+    }
 }
 
 /// How a march looks a map up.

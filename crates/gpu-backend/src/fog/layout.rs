@@ -1,7 +1,7 @@
 //! The bind groups of the scattering passes. Twins: `bindings_view.wgsl`, `bindings.wgsl` and `bindings_bvh.wgsl` in
 //! `shaders/shared/`.
 
-use crate::pass::{storage, storage_texture, texture, uniform};
+use crate::pass::{filtered_texture, sampler, storage, storage_texture, texture, uniform};
 
 /// Layouts of the view's group (with and without the texture that is written) and the light's.
 #[derive(Debug)]
@@ -19,6 +19,10 @@ pub(crate) struct StandIns {
     pub(crate) flat: wgpu::TextureView,
     pub(crate) array: wgpu::TextureView,
     pub(crate) volume: wgpu::TextureView,
+    /// A texture that can be filtered.
+    pub(crate) filtered: wgpu::TextureView,
+    /// Linear between texels and sizes, clamped to the edge; no stand-in.
+    pub(crate) sampler: wgpu::Sampler,
 }
 
 impl Layouts {
@@ -40,7 +44,16 @@ impl Layouts {
             composite: group("fog composite", &drawn),
             light: group(
                 "fog light",
-                &[uniform(0), texture(1, array), texture(2, array), texture(3, array), texture(4, flat)],
+                &[
+                    uniform(0),
+                    texture(1, array),
+                    texture(2, array),
+                    texture(3, array),
+                    texture(4, flat),
+                    texture(5, flat),
+                    filtered_texture(6),
+                    sampler(7),
+                ],
             ),
         }
     }
@@ -48,23 +61,33 @@ impl Layouts {
 
 impl StandIns {
     pub(crate) fn new(device: &wgpu::Device) -> Self {
-        let view = |dimension, view| {
+        let view = |format, dimension, view| {
             let texture = device.create_texture(&wgpu::TextureDescriptor {
                 label: Some("stand-in"),
                 size: wgpu::Extent3d { width: 1, height: 1, depth_or_array_layers: 1 },
                 mip_level_count: 1,
                 sample_count: 1,
                 dimension,
-                format: wgpu::TextureFormat::R32Float,
+                format,
                 usage: wgpu::TextureUsages::TEXTURE_BINDING,
                 view_formats: &[],
             });
             texture.create_view(&wgpu::TextureViewDescriptor { dimension: Some(view), ..Default::default() })
         };
+        use wgpu::{TextureDimension as Dimension, TextureViewDimension as ViewDimension};
+        let float = wgpu::TextureFormat::R32Float;
         Self {
-            flat: view(wgpu::TextureDimension::D2, wgpu::TextureViewDimension::D2),
-            array: view(wgpu::TextureDimension::D2, wgpu::TextureViewDimension::D2Array),
-            volume: view(wgpu::TextureDimension::D3, wgpu::TextureViewDimension::D3),
+            flat: view(float, Dimension::D2, ViewDimension::D2),
+            array: view(float, Dimension::D2, ViewDimension::D2Array),
+            volume: view(float, Dimension::D3, ViewDimension::D3),
+            filtered: view(wgpu::TextureFormat::Rgba16Float, Dimension::D2, ViewDimension::D2),
+            sampler: device.create_sampler(&wgpu::SamplerDescriptor {
+                label: Some("light texture"),
+                mag_filter: wgpu::FilterMode::Linear,
+                min_filter: wgpu::FilterMode::Linear,
+                mipmap_filter: wgpu::MipmapFilterMode::Linear,
+                ..Default::default()
+            }),
         }
     }
 }

@@ -13,11 +13,15 @@ use crate::layout::{Basis, LightUniform};
 use crate::write_texture::write_texture;
 use crate::{GpuBvh, PrepareError};
 
-/// Checks that every map can serve its light.
+/// Checks that every map can serve its light, and that the technique finds what it needs.
 pub(super) fn check_maps(frame: &Frame<'_>) -> Result<(), PrepareError> {
-    let variance = matches!(frame.technique, Technique::BruteForce { lookup: Lookup::Variance, .. });
+    let variance = frame.technique.lookup() == Some(Lookup::Variance);
+    let hybrid = matches!(frame.technique, Technique::Hybrid(_));
     for (index, lamp) in frame.lamps.iter().enumerate() {
         let Some(shadows) = lamp.shadows else { continue };
+        if hybrid && lamp.volume.is_none() {
+            return Err(PrepareError::NoVolume { light: index });
+        }
         let Some(map) = shadows.map() else { continue };
         let projection = map.projection().kind();
         let (wanted, kind) = match lamp.light {
@@ -37,7 +41,7 @@ pub(super) fn check_maps(frame: &Frame<'_>) -> Result<(), PrepareError> {
             return Err(PrepareError::NoMoments { light: index });
         }
     }
-    if let Technique::BruteForce { lookup: Lookup::PercentageCloser { width }, .. } = frame.technique {
+    if let Some(Lookup::PercentageCloser { width }) = frame.technique.lookup() {
         shadowmap::Filter::pcf(width)?;
     }
     Ok(())
@@ -57,7 +61,8 @@ pub(super) fn uniform(device: &wgpu::Device, frame: &Frame<'_>, work: &Work, bas
         return uniform;
     };
     let mut uniform = LightUniform::new(basis, lamp.light);
-    (uniform.samples, uniform.kernel) = (work.samples, work.kernel);
+    (uniform.samples, uniform.kernel, uniform.refine) = (work.samples, work.kernel, work.refine);
+    uniform.lit_samples = work.lit_samples;
     if let Some(shadows) = lamp.shadows {
         uniform = uniform.with_occluders(basis, shadows.casters());
     }
@@ -76,15 +81,23 @@ pub(super) fn uniform(device: &wgpu::Device, frame: &Frame<'_>, work: &Work, bas
     uniform
 }
 
+/// The pictures of a frame's lights: as they are, and at every size.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct LightPictures<'a> {
+    pub(super) plain: &'a [Option<wgpu::TextureView>],
+    pub(super) mips: &'a [Option<wgpu::TextureView>],
+}
+
 /// What a light's pass is bound to.
-pub(super) fn group(
+pub(super) fn group<'a>(
     device: &wgpu::Device,
     layouts: &Layouts,
-    stand_ins: &StandIns,
+    stand_ins: &'a StandIns,
     frame: &Frame<'_>,
     work: &Work,
     uniform: &LightUniform,
-    pictures: &[Option<wgpu::TextureView>],
+    pictures: LightPictures<'a>,
+    faces: Option<&'a wgpu::TextureView>,
 ) -> wgpu::BindGroup {
     let buffer = filled_buffer(device, "fog light", bytemuck::bytes_of(uniform), wgpu::BufferUsages::UNIFORM);
     let map = work.lamp.and_then(|index| frame.lamps[index].shadows).and_then(|shadows| shadows.map());
@@ -104,23 +117,29 @@ pub(super) fn group(
         .and_then(|map| map.moments())
         .filter(|_| work.variant.lookup == 2)
         .map_or_else(spare, |moments| array(&moments.texture));
-    let picture = work.lamp.and_then(|index| pictures[index].clone());
-    let picture = picture.unwrap_or_else(|| stand_ins.flat.clone());
-    light_group(device, layouts, &buffer, [&heights, &pyramid, &moments, &picture])
+    let of_lamp = |views: &'a [Option<wgpu::TextureView>]| work.lamp.and_then(|index| views[index].as_ref());
+    let picture = of_lamp(pictures.plain).unwrap_or(&stand_ins.flat);
+    let mips = of_lamp(pictures.mips).unwrap_or(&stand_ins.filtered);
+    let faces = faces.unwrap_or(&stand_ins.flat);
+    let textures = [&heights, &pyramid, &moments, picture, faces, mips];
+    light_group(device, layouts, &stand_ins.sampler, &buffer, textures)
 }
 
-/// A light's group: its uniform, then its map's heights, pyramid and moments, and its picture.
+/// A light's group: its uniform, then its map's heights, pyramid and moments, its picture, the faces of its volume and its
+/// picture at every size.
 pub(crate) fn light_group(
     device: &wgpu::Device,
     layouts: &Layouts,
+    sampler: &wgpu::Sampler,
     uniform: &wgpu::Buffer,
-    textures: [&wgpu::TextureView; 4],
+    textures: [&wgpu::TextureView; 6],
 ) -> wgpu::BindGroup {
     let mut entries = vec![wgpu::BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() }];
     let views = textures.map(wgpu::BindingResource::TextureView);
     entries.extend(
         views.into_iter().zip(1..).map(|(resource, binding)| wgpu::BindGroupEntry { binding, resource }),
     );
+    entries.push(wgpu::BindGroupEntry { binding: 7, resource: wgpu::BindingResource::Sampler(sampler) });
     device.create_bind_group(&wgpu::BindGroupDescriptor {
         label: Some("fog light"),
         layout: &layouts.light,

@@ -5,9 +5,12 @@ mod frame;
 pub(crate) mod grid;
 pub(crate) mod layout;
 pub(crate) mod lights;
+mod low;
+mod mips;
 mod plan;
 mod ray_ends;
 pub(crate) mod targets;
+mod view;
 
 use std::collections::HashMap;
 
@@ -15,20 +18,23 @@ use scene::{Density, Medium};
 
 pub use composite::CompositeTarget;
 use composite::CompositeVariant;
-pub use frame::{Frame, Lamp, Lookup, MAX_LIGHTS, SceneDepth, Shadows, Technique, View};
+pub use frame::{
+    Frame, Hybrid, Lamp, LightPicture, Lookup, MAX_LIGHTS, Placement, SceneDepth, Shadows, Technique, View,
+};
 use layout::{Layouts, StandIns};
+use low::{LowPasses, MOST_SCALE};
 use plan::{Shader, Variant, Work};
 use ray_ends::RayEnds;
-use targets::{Targets, check_view, ends};
+use targets::{Targets, check_view};
+use view::ViewPasses;
 
 use crate::capabilities::check_limits;
-use crate::checked::{created, filled_buffer, prepared};
-use crate::layout::{Basis, ViewUniform};
+use crate::checked::{created, prepared};
 use crate::map::{HostConverter, Pyramid, PyramidBuilder};
-use crate::pass::{ComputePass, compute_pipeline};
+use crate::pass::{Step, compute_pipeline, encode_all};
 use crate::read_radiance::read_radiance;
 use crate::timing::PassTimer;
-use crate::write_texture::write_texture;
+use crate::volume::{Key, ShadowVolume, VolumePasses, key_of};
 use crate::{CreateError, FrameStats, PassTime, PrepareError, ReadError, ShadowMap};
 
 /// How a [`Fog`] is made.
@@ -53,13 +59,20 @@ pub struct Fog {
     composite: HashMap<CompositeVariant, wgpu::RenderPipeline>,
     pyramids: PyramidBuilder,
     converter: HostConverter,
+    /// Made when a frame first needs shadow volumes.
+    volumes: Option<VolumePasses>,
+    /// Made when a frame first computes airlight for blocks of pixels.
+    low: Option<LowPasses>,
     ray_ends: RayEnds,
     timer: Option<PassTimer>,
     views: Vec<ViewState>,
-    passes: Vec<ComputePass>,
+    steps: Vec<Step>,
     /// What the passes make of the maps.
     building: Vec<MapChange>,
+    /// Shadow volumes whose silhouette the steps find, and for which light.
+    moved: Vec<(ShadowVolume, Key)>,
     pictures: lights::Pictures,
+    mips: mips::MipPictures,
     grid: grid::DensityTexture,
     stats: FrameStats,
 }
@@ -82,10 +95,23 @@ struct MapChange {
 #[derive(Debug)]
 struct ViewState {
     targets: Targets,
+    /// Nearest and farthest layer of scattering at a lower resolution.
+    low: Vec<Targets>,
     /// Which of the airlight textures holds the result.
     result: usize,
     /// Draws of the composite, in order.
     draws: Vec<(CompositeVariant, wgpu::BindGroup)>,
+}
+
+impl ViewState {
+    fn into_targets(self) -> impl Iterator<Item = Targets> {
+        std::iter::once(self.targets).chain(self.low)
+    }
+
+    /// Memory; units: bytes.
+    fn bytes(&self) -> u64 {
+        std::iter::once(&self.targets).chain(&self.low).map(Targets::bytes).sum()
+    }
 }
 
 impl Fog {
@@ -113,12 +139,16 @@ impl Fog {
             composite: HashMap::new(),
             pyramids: PyramidBuilder::new(device)?,
             converter: HostConverter::new(device)?,
+            volumes: None,
+            low: None,
             ray_ends: RayEnds::new(device)?,
             timer: None,
             views: Vec::new(),
-            passes: Vec::new(),
+            steps: Vec::new(),
             building: Vec::new(),
+            moved: Vec::new(),
             pictures: lights::Pictures::default(),
+            mips: mips::MipPictures::default(),
             grid: grid::DensityTexture::default(),
             stats: FrameStats::default(),
         })
@@ -139,12 +169,19 @@ impl Fog {
         frame: &Frame<'_>,
     ) -> Result<(), PrepareError> {
         // whatever fails below, nothing of this frame or the one before can be encoded or drawn
-        self.passes.clear();
+        self.steps.clear();
         self.building.clear();
+        self.moved.clear();
         self.stats = FrameStats::default();
-        let mut old: Vec<Targets> = self.views.drain(..).map(|view| view.targets).collect();
+        let mut old: Vec<Targets> = self.views.drain(..).flat_map(ViewState::into_targets).collect();
         if frame.lamps.len() > MAX_LIGHTS {
             return Err(PrepareError::TooManyLights { got: frame.lamps.len(), most: MAX_LIGHTS });
+        }
+        if !(1..=MOST_SCALE).contains(&frame.scattering_scale) {
+            return Err(PrepareError::ScatteringScale { got: frame.scattering_scale, most: MOST_SCALE });
+        }
+        if frame.scattering_scale > 1 && self.low.is_none() {
+            self.low = Some(LowPasses::new(device)?);
         }
         let largest = device.limits().max_texture_dimension_2d;
         for (index, view) in frame.views.iter().enumerate() {
@@ -152,35 +189,26 @@ impl Fog {
         }
         lights::check_maps(frame)?;
         let work = plan::plan(frame)?;
+        if self.volumes.is_none() && work.iter().any(|work| work.faces.is_some()) {
+            self.volumes = Some(VolumePasses::new(device)?);
+        }
         for work in &work {
             self.scatter_pipeline(device, work.variant)?;
         }
         let grid = self.grid.of(device, queue, frame.medium, &self.stand_ins)?;
-        let pictures = self.pictures.of(device, queue, frame.lamps)?;
+        let plain = self.pictures.of(device, queue, frame.lamps)?;
+        let mips = self.mips.of(device, queue, frame)?;
+        let pictures = lights::LightPictures { plain: &plain, mips: &mips };
         let mut stats = FrameStats::default();
-        let mut passes = Vec::new();
+        let mut steps = Vec::new();
         let building =
-            prepared(device, "the maps", || self.map_passes(device, frame, &work, &mut passes, &mut stats))??;
+            prepared(device, "the maps", || self.map_passes(device, frame, &work, &mut steps, &mut stats))??;
+        let moved = self.silhouettes(device, frame, &work, &mut steps, &mut stats)?;
         let mut views = Vec::new();
         for view in frame.views {
-            // a view of the same size keeps its textures
-            let targets = match old.iter().position(|targets| targets.size == view.size) {
-                Some(index) => old.swap_remove(index),
-                None => Targets::new(device, view.size)?,
-            };
-            let state = self.view_passes(
-                device,
-                queue,
-                frame,
-                view,
-                targets,
-                &work,
-                &grid,
-                &pictures,
-                &mut passes,
-                &mut stats,
-            )?;
-            views.push(state);
+            let passes =
+                ViewPasses { fog: self, device, queue, frame, view, work: &work, grid: &grid, pictures };
+            views.push(passes.build(&mut old, &mut steps, &mut stats)?);
         }
         if let (Some(target), Some(view)) = (self.target, views.first()) {
             for (variant, _) in &view.draws {
@@ -190,28 +218,31 @@ impl Fog {
                 }
             }
         }
-        self.timer = PassTimer::reserve(device, self.timer.take(), passes.len())?;
-        stats.passes = passes.iter().map(|pass| pass.label.clone()).collect();
-        stats.bytes += views.iter().map(|view| view.targets.bytes()).sum::<u64>() + self.pictures.bytes();
-        (self.views, self.passes, self.building, self.stats) = (views, passes, building, stats);
+        stats.passes = steps.iter().filter_map(|step| step.label().map(str::to_owned)).collect();
+        self.timer = PassTimer::reserve(device, self.timer.take(), stats.passes.len())?;
+        stats.bytes += views.iter().map(ViewState::bytes).sum::<u64>() + self.pictures.bytes();
+        stats.bytes += self.mips.bytes();
+        (self.views, self.steps, self.building, self.moved, self.stats) =
+            (views, steps, building, moved, stats);
         Ok(())
     }
 
     /// Encodes the prepared frame's passes; may be called again for the same frame.
     pub fn encode(&mut self, encoder: &mut wgpu::CommandEncoder) {
         encoder.push_debug_group(&self.label);
-        for (pass, index) in self.passes.iter().zip(0..) {
-            pass.encode(encoder, self.timer.as_ref().map(|timer| timer.writes(index)));
-        }
+        encode_all(&self.steps, encoder, self.timer.as_ref());
         encoder.pop_debug_group();
         if let Some(timer) = &mut self.timer {
-            timer.resolve(encoder, self.passes.iter().map(|pass| pass.label.as_str()));
+            timer.resolve(encoder, self.steps.iter().filter_map(Step::label));
         }
         for change in &self.building {
             change.map.mark_converted(change.version);
             if let Some(pyramid) = &change.pyramid {
                 pyramid.mark(change.version);
             }
+        }
+        for (volume, key) in &self.moved {
+            volume.mark(*key);
         }
     }
 
@@ -287,7 +318,7 @@ impl Fog {
         device: &wgpu::Device,
         frame: &Frame<'_>,
         work: &[Work],
-        passes: &mut Vec<ComputePass>,
+        steps: &mut Vec<Step>,
         stats: &mut FrameStats,
     ) -> Result<Vec<MapChange>, PrepareError> {
         let mut building = Vec::new();
@@ -302,13 +333,13 @@ impl Fog {
             let version = map.version();
             let mut change = MapChange { map: map.clone(), version, pyramid: None };
             if let Some(source) = map.unconverted() {
-                passes.push(self.converter.pass(device, map, source));
+                steps.push(Step::Compute(self.converter.pass(device, map, source)));
             }
             if work.variant.shader == Shader::Exact {
                 let surface = lights::surface(&work.variant);
                 let pyramid = map.pyramid(device, surface)?;
                 if !pyramid.is_current(version) {
-                    passes.extend(self.pyramids.passes(device, map, &pyramid));
+                    steps.extend(self.pyramids.passes(device, map, &pyramid).into_iter().map(Step::Compute));
                     stats.pyramids_built += 1;
                     change.pyramid = Some(pyramid);
                 }
@@ -319,97 +350,29 @@ impl Fog {
         Ok(building)
     }
 
-    /// One view's passes and draws.
-    fn view_passes(
+    /// The steps that find the silhouettes of shadow volumes whose light has moved, and which those are.
+    fn silhouettes(
         &self,
         device: &wgpu::Device,
-        queue: &wgpu::Queue,
         frame: &Frame<'_>,
-        view: &View<'_>,
-        mut targets: Targets,
         work: &[Work],
-        grid: &wgpu::TextureView,
-        pictures: &[Option<wgpu::TextureView>],
-        passes: &mut Vec<ComputePass>,
+        steps: &mut Vec<Step>,
         stats: &mut FrameStats,
-    ) -> Result<ViewState, PrepareError> {
-        let dispatches: usize = work.iter().map(|work| work.parts.len()).sum();
-        targets.reserve(device, dispatches.clamp(1, 2))?;
-        let basis = Basis::new(view.camera, view.size);
-        let uniform = ViewUniform::new(view.camera, view.size, view.max_distance, frame.medium);
-        let (width, height) = view.size;
-        prepared(device, "a view", || {
-            let uniform =
-                filled_buffer(device, "fog view", bytemuck::bytes_of(&uniform), wgpu::BufferUsages::UNIFORM);
-            if let SceneDepth::Buffer { texture, order, near, far } = view.depth {
-                passes.push(self.ray_ends.pass(
-                    device,
-                    uniform.as_entire_binding(),
-                    texture,
-                    (order, near, far),
-                    &targets.ray_ends,
-                ));
-            } else {
-                write_texture(queue, &targets.ray_ends, bytemuck::cast_slice(&ends(view)), 4);
+    ) -> Result<Vec<(ShadowVolume, Key)>, PrepareError> {
+        let Some(volumes) = &self.volumes else { return Ok(Vec::new()) };
+        let mut moved = Vec::new();
+        for lamp in work.iter().filter(|work| work.faces.is_some()).filter_map(|work| work.lamp) {
+            let Lamp { light, volume: Some(volume), .. } = &frame.lamps[lamp] else { continue };
+            stats.bytes += volume.bytes() + volume.casters().bytes();
+            let key = key_of(light);
+            if !volume.is_current(&key) {
+                let found = prepared(device, "a silhouette", || volumes.silhouette(device, volume, light))?;
+                steps.extend(found);
+                stats.silhouettes_found += 1;
+                moved.push(((*volume).clone(), key));
             }
-            let ray_ends = targets.ray_ends.create_view(&wgpu::TextureViewDescriptor::default());
-            let airlight = targets.airlight.each_ref().map(|texture| {
-                texture.as_ref().map(|t| t.create_view(&wgpu::TextureViewDescriptor::default()))
-            });
-            if dispatches == 0
-                && let Some(texture) = &targets.airlight[0]
-            {
-                write_texture(queue, texture, &vec![0; 16 * width as usize * height as usize], 16);
-            }
-            let mut done = 0;
-            for work in work {
-                for &(first, end) in &work.parts {
-                    let (to, before) = (done % 2, (done + 1) % 2);
-                    let before = airlight[before].as_ref().filter(|_| done > 0);
-                    let before = before.unwrap_or(&self.stand_ins.flat);
-                    let Some(to) = &airlight[to] else { continue };
-                    let mut light = lights::uniform(device, frame, work, &basis);
-                    (light.first_sample, light.end_sample) = (first, end);
-                    light.adds = u32::from(done > 0);
-                    let light_group =
-                        lights::group(device, &self.layouts, &self.stand_ins, frame, work, &light, pictures);
-                    let entries = [
-                        (0, uniform.as_entire_binding()),
-                        (1, wgpu::BindingResource::TextureView(&ray_ends)),
-                        (2, wgpu::BindingResource::TextureView(before)),
-                        (3, wgpu::BindingResource::TextureView(to)),
-                        (4, wgpu::BindingResource::TextureView(grid)),
-                    ]
-                    .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource });
-                    let view_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
-                        label: Some("fog view"),
-                        layout: &self.layouts.view,
-                        entries: &entries,
-                    });
-                    let mut groups = vec![view_group, light_group];
-                    groups.extend(lights::bvh_group(device, &self.layouts, frame, work));
-                    passes.push(ComputePass {
-                        label: work.label.clone(),
-                        pipeline: self.scatter[&work.variant].clone(),
-                        groups,
-                        workgroups: [width.div_ceil(8), height.div_ceil(8), 1],
-                    });
-                    done += 1;
-                }
-                let steps = u64::from(work.samples) * u64::from(width) * u64::from(height);
-                stats.samples += steps;
-                stats.rays += if work.variant.rays { steps } else { 0 };
-                stats.closed_forms +=
-                    u32::from(work.variant.shader == Shader::Exact && !work.variant.shadowed);
-            }
-            let result = (done + 1) % 2;
-            let result = if targets.airlight[result].is_some() { result } else { 0 };
-            let draws = self.draws(device, frame.medium, &uniform, &ray_ends, &airlight[result], grid);
-            if self.target.is_some() {
-                stats.fragments += draws.len() as u64 * u64::from(width) * u64::from(height);
-            }
-            ViewState { targets, result, draws }
-        })
+        }
+        Ok(moved)
     }
 
     /// The draws that composite a view.

@@ -6,7 +6,8 @@
 
 use scene::{AirlightModel, Density, Light, Medium, Refusal};
 
-use super::frame::{Frame, Lamp, Lookup, Technique};
+use super::frame::{Frame, Hybrid, Lamp, Lookup, Placement, Technique};
+use crate::Faces;
 
 /// Steps of a march, times what each loops over, in one dispatch: some drivers cut loops silently at 65,535 trips of a
 /// group of threads.
@@ -14,6 +15,9 @@ const MOST_TRIPS: u32 = 30_000;
 
 /// Loop trips of a shadow ray, at most, in all scenes that were tried (`shaders/shared/bvh.wgsl`).
 const TRIPS_OF_A_RAY: u32 = 110;
+
+/// Most steps of a hybrid march's segment: few are its point, and it comes in one dispatch.
+const MOST_HYBRID_SAMPLES: u32 = 8192;
 
 /// A scattering shader with its constants.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -34,6 +38,12 @@ pub(crate) struct Variant {
     /// 0 none, 1 height, 2 grid.
     pub(crate) density: u8,
     pub(crate) hoffman_preetham: bool,
+    /// Whether steps are of equal length instead of equal angle.
+    pub(crate) equal_distance: bool,
+    /// Whether the picture's mean over a step is read.
+    pub(crate) mips: bool,
+    /// Whether visibility is asked outside of the faces too.
+    pub(crate) partial: bool,
 }
 
 /// Which scattering shader.
@@ -42,6 +52,8 @@ pub(crate) enum Shader {
     Exact,
     March,
     MarchVarying,
+    Hybrid,
+    HybridTextured,
 }
 
 impl Variant {
@@ -53,6 +65,10 @@ impl Variant {
             (Shader::March, true) => "scatter/march_rays",
             (Shader::MarchVarying, false) => "scatter/march_varying",
             (Shader::MarchVarying, true) => "scatter/march_varying_rays",
+            (Shader::Hybrid, false) => "scatter/hybrid",
+            (Shader::Hybrid, true) => "scatter/hybrid_rays",
+            (Shader::HybridTextured, false) => "scatter/hybrid_textured",
+            (Shader::HybridTextured, true) => "scatter/hybrid_textured_rays",
         }
     }
 
@@ -75,6 +91,14 @@ impl Variant {
                 ("HOFFMAN_PREETHAM", flag(self.hoffman_preetham)),
             ]);
         }
+        if self.shader == Shader::HybridTextured {
+            constants.extend([
+                ("HOFFMAN_PREETHAM", flag(self.hoffman_preetham)),
+                ("EQUAL_DISTANCE", flag(self.equal_distance)),
+                ("MIPS", flag(self.mips)),
+                ("PARTIAL", flag(self.partial)),
+            ]);
+        }
         constants
     }
 }
@@ -92,6 +116,12 @@ pub(crate) struct Work {
     pub(crate) parts: Vec<(u32, u32)>,
     /// Width of a filter kernel; units: texels.
     pub(crate) kernel: u32,
+    /// For which pixels the faces of the light's shadow volume are found, where they are.
+    pub(crate) faces: Option<Faces>,
+    /// Bisections of each boundary that a march has found.
+    pub(crate) refine: u32,
+    /// Steps of each lit segment beside the faces.
+    pub(crate) lit_samples: u32,
 }
 
 /// The work of a frame, light by light.
@@ -105,6 +135,7 @@ pub(crate) fn plan(frame: &Frame<'_>) -> Result<Vec<Work>, Refusal> {
             Technique::ExactShadowMap { .. } => {
                 return Err(refused("an emitting medium"));
             }
+            Technique::Hybrid(_) => return Err(refused_by_hybrid("an emitting medium")),
             Technique::BruteForce { samples, .. } => {
                 let variant = Variant { light: 3, ..variant(frame, Shader::MarchVarying) };
                 work.push(march(variant, None, "glow".into(), samples, 0, 0));
@@ -122,6 +153,10 @@ pub(crate) fn plan(frame: &Frame<'_>) -> Result<Vec<Work>, Refusal> {
 
 fn refused(feature: &'static str) -> Refusal {
     Refusal { technique: "exact-shadow-map on the GPU", feature, instead: "brute-force, or the CPU" }
+}
+
+fn refused_by_hybrid(feature: &'static str) -> Refusal {
+    Refusal { technique: "hybrid", feature, instead: "brute-force" }
 }
 
 /// What all lights of a frame have in common.
@@ -143,7 +178,11 @@ fn variant(frame: &Frame<'_>, shader: Shader) -> Variant {
             (Some(Density::Grid(_)), Shader::MarchVarying) => 2,
             _ => 0,
         },
-        hoffman_preetham: shader == Shader::MarchVarying && frame.model == AirlightModel::HoffmanPreetham,
+        hoffman_preetham: matches!(shader, Shader::MarchVarying | Shader::HybridTextured)
+            && frame.model == AirlightModel::HoffmanPreetham,
+        equal_distance: false,
+        mips: false,
+        partial: false,
     }
 }
 
@@ -179,6 +218,9 @@ fn of_lamp(frame: &Frame<'_>, index: usize, lamp: &Lamp<'_>) -> Result<Work, Ref
             samples: 0,
             parts: vec![(0, 0)],
             kernel: 0,
+            faces: None,
+            refine: 0,
+            lit_samples: 0,
         }
     };
     match frame.technique {
@@ -197,16 +239,38 @@ fn of_lamp(frame: &Frame<'_>, index: usize, lamp: &Lamp<'_>) -> Result<Work, Ref
             }
             Ok(exact(surface == shadowmap::MapSurface::Linear))
         }
+        Technique::Hybrid(hybrid) => {
+            check_hybrid(frame, lamp.light, &hybrid)?;
+            let textured = varies(frame, lamp.light) || (shadowed && hybrid.partial);
+            if !textured && !shadowed {
+                return Ok(exact(false));
+            }
+            let (lookup, kernel) = if rays || !shadowed { (0, 0) } else { lookup_code(hybrid.lookup) };
+            let shader = if textured { Shader::HybridTextured } else { Shader::Hybrid };
+            let variant = Variant {
+                lookup,
+                equal_distance: textured && hybrid.placement == Placement::EqualDistance,
+                mips: textured && hybrid.picture.blur().is_some(),
+                partial: textured && hybrid.partial,
+                ..with(shader)
+            };
+            Ok(Work {
+                variant,
+                lamp: Some(index),
+                label: label("hybrid"),
+                samples: hybrid.samples,
+                parts: vec![(0, hybrid.samples)],
+                kernel,
+                faces: shadowed.then_some(hybrid.faces),
+                refine: hybrid.refine,
+                lit_samples: if textured { hybrid.lit_samples } else { 0 },
+            })
+        }
         Technique::BruteForce { samples, lookup } => {
             if !varies(frame, lamp.light) && !shadowed {
                 return Ok(exact(false));
             }
-            let (lookup, kernel) = match lookup {
-                Lookup::Nearest => (0, 0),
-                Lookup::PercentageCloser { width } => (1, width),
-                Lookup::Variance => (2, 0),
-                Lookup::LinearSurface => (3, 0),
-            };
+            let (lookup, kernel) = lookup_code(lookup);
             let shader = if varies(frame, lamp.light) { Shader::MarchVarying } else { Shader::March };
             let lookup = if shadowed && !rays { lookup } else { 0 };
             let variant = Variant { lookup, ..with(shader) };
@@ -224,6 +288,37 @@ fn of_lamp(frame: &Frame<'_>, index: usize, lamp: &Lamp<'_>) -> Result<Work, Ref
     }
 }
 
+/// What the hybrid march cannot take.
+fn check_hybrid(frame: &Frame<'_>, light: &Light, hybrid: &Hybrid) -> Result<(), Refusal> {
+    if frame.medium.density.is_some() {
+        return Err(refused_by_hybrid("a heterogeneous density"));
+    }
+    if frame.medium.bounds.is_some() {
+        return Err(refused_by_hybrid("a bounded medium"));
+    }
+    if frame.model == AirlightModel::HoffmanPreetham && matches!(light, Light::Point(_)) {
+        return Err(refused_by_hybrid("Hoffman and Preetham's model for a point light"));
+    }
+    if hybrid.partial && !matches!(light, Light::Spot(_)) {
+        return Err(refused_by_hybrid("the shadow volume of a part of the casters, but for a spot"));
+    }
+    // its march is one dispatch
+    if hybrid.samples.max(hybrid.lit_samples) > MOST_HYBRID_SAMPLES {
+        return Err(refused_by_hybrid("more than 8192 samples"));
+    }
+    Ok(())
+}
+
+/// The number by which shaders know a lookup, and the width of its kernel.
+fn lookup_code(lookup: Lookup) -> (u8, u32) {
+    match lookup {
+        Lookup::Nearest => (0, 0),
+        Lookup::PercentageCloser { width } => (1, width),
+        Lookup::Variance => (2, 0),
+        Lookup::LinearSurface => (3, 0),
+    }
+}
+
 /// A march in as many dispatches as its loops need, `inner` trips for each step.
 fn march(
     variant: Variant,
@@ -235,7 +330,17 @@ fn march(
 ) -> Work {
     let most = (MOST_TRIPS / inner.saturating_add(1)).clamp(1, 8192);
     let parts = (0..samples.max(1).div_ceil(most)).map(|i| (i * most, ((i + 1) * most).min(samples)));
-    Work { variant, lamp, label, samples, parts: parts.collect(), kernel }
+    Work {
+        variant,
+        lamp,
+        label,
+        samples,
+        parts: parts.collect(),
+        kernel,
+        faces: None,
+        refine: 0,
+        lit_samples: 0,
+    }
 }
 
 #[cfg(test)]
@@ -250,8 +355,16 @@ mod tests {
         let camera = Camera::look_at(Vec3::ZERO, Vec3::NEG_Z, Vec3::Y, 0.8).unwrap();
         let view =
             View { camera: &camera, size: (4, 4), depth: SceneDepth::Nothing, max_distance: f64::INFINITY };
-        let lamps: Vec<Lamp<'_>> = lights.iter().map(|light| Lamp { light, shadows: None }).collect();
-        plan(&Frame { views: &[view], medium, lamps: &lamps, model: AirlightModel::Sun, technique })
+        let lamps: Vec<Lamp<'_>> =
+            lights.iter().map(|light| Lamp { light, shadows: None, volume: None }).collect();
+        plan(&Frame {
+            views: &[view],
+            medium,
+            lamps: &lamps,
+            model: AirlightModel::Sun,
+            technique,
+            scattering_scale: 1,
+        })
     }
 
     fn lamp() -> [Light; 1] {

@@ -6,7 +6,7 @@ use shadowmap::DepthOrder;
 use crate::CreateError;
 use crate::checked::filled_buffer;
 use crate::map::height_of_device;
-use crate::pass::{ComputePass, compute_pipeline, depth_texture, storage_texture, uniform};
+use crate::pass::{ComputePass, Dispatch, compute_pipeline, depth_texture, storage_texture, uniform};
 
 const PASS: &str = "frame/ray_ends";
 
@@ -83,7 +83,7 @@ impl RayEnds {
             label: "ray ends".into(),
             pipeline: self.pipeline.clone(),
             groups: vec![group],
-            workgroups: [ray_ends.width().div_ceil(8), ray_ends.height().div_ceil(8), 1],
+            dispatch: Dispatch::Groups([ray_ends.width().div_ceil(8), ray_ends.height().div_ceil(8), 1]),
         }
     }
 }

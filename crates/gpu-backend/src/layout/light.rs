@@ -5,7 +5,7 @@ use glam::{DMat3, DVec3};
 use scene::{Aabb, Camera, Light, TextureFilter};
 use shadowmap::{Projection, ProjectionKind};
 
-use super::view::CameraAxes;
+use super::view::{CameraAxes, ImagePlane};
 
 /// `Light` of the shaders; vectors in the camera's basis from the eye.
 #[repr(C)]
@@ -35,16 +35,17 @@ pub(crate) struct LightUniform {
     pub(crate) variance: [f32; 4],
     pub(crate) outside: u32,
     pub(crate) adds: u32,
-    pub(crate) _pad: [u32; 2],
+    pub(crate) face_scale: u32,
+    pub(crate) refine: u32,
     pub(crate) eye: [f32; 3],
-    pub(crate) _pad1: f32,
+    pub(crate) lit_samples: u32,
     pub(crate) rows: [[f32; 4]; 4],
 }
 
 /// Share of the way to a light that must be depth for its image to be of use.
 const LEAST_DEPTH: f64 = 0.05;
 
-/// A camera with the size of its image.
+/// A camera with its image.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Basis {
     eye: DVec3,
@@ -57,17 +58,14 @@ pub(crate) struct Basis {
 }
 
 impl Basis {
-    pub(crate) fn new(camera: &Camera, size: (u32, u32)) -> Self {
-        let half = (0.5 * f64::from(camera.fov_y)).tan();
-        let (width, height) = (f64::from(size.0), f64::from(size.1));
-        let aside = half * width / height;
+    pub(crate) fn new(camera: &Camera, image: &ImagePlane) -> Self {
         let axes = CameraAxes::new(camera);
         Self {
             eye: camera.position.as_dvec3(),
             axes,
             sums: DMat3::from_cols(axes.right, axes.up, axes.forward).inverse(),
-            offset: (-aside, half),
-            scale: (2.0 * aside / width, -2.0 * half / height),
+            offset: image.offset,
+            scale: image.scale,
         }
     }
 
@@ -168,14 +166,14 @@ mod tests {
         assert_eq!(span as usize, size_of::<LightUniform>());
         let ours = offsets!(LightUniform: to_light, cos_outer, axis, cos_inner, right, tan_outer, top, nearest_texel,
             power, map_height, center, radius, pixel, image, map_width, world, map_top, first_sample, end_sample,
-            samples, kernel, variance, outside, adds, _pad, eye, _pad1, rows);
+            samples, kernel, variance, outside, adds, face_scale, refine, eye, lit_samples, rows);
         assert_eq!(fields, ours);
     }
 
     #[test]
     fn a_light_straight_ahead_is_seen_in_the_middle() {
         let camera = Camera::look_at(Vec3::ONE, Vec3::new(1.0, 1.0, -9.0), Vec3::Y, 0.8).unwrap();
-        let basis = Basis::new(&camera, (200, 100));
+        let basis = Basis::new(&camera, &ImagePlane::new(&camera, (200, 100)));
         let light = Light::Point(PointLight::new(Vec3::new(1.0, 1.0, -4.0), Vec3::ONE).unwrap());
         let uniform = LightUniform::new(&basis, &light);
         assert_eq!((uniform.to_light, uniform.image), ([0.0, 0.0, 5.0], [0.0, 0.0, 1.0]));

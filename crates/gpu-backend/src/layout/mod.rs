@@ -2,9 +2,11 @@
 
 mod light;
 mod view;
+mod volume;
 
 pub(crate) use light::{Basis, LightUniform};
-pub(crate) use view::{ENDLESS, ViewUniform};
+pub(crate) use view::{ENDLESS, ImagePlane, ViewUniform};
+pub(crate) use volume::VolumeUniform;
 
 #[cfg(test)]
 pub(crate) mod tests {

@@ -37,26 +37,54 @@ pub(crate) struct ViewUniform {
     pub(crate) lobes: [[f32; 4]; 4],
 }
 
+/// An image on the plane of depth 1 in front of a camera: pixels, or tiles of them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct ImagePlane {
+    /// Tangent at the upper left corner.
+    pub(crate) offset: (f64, f64),
+    /// Tangent per pixel, to the right and (negative) downwards.
+    pub(crate) scale: (f64, f64),
+    /// Columns and rows.
+    pub(crate) size: (u32, u32),
+}
+
+impl ImagePlane {
+    /// The image of a camera with `size` pixels.
+    pub(crate) fn new(camera: &Camera, size: (u32, u32)) -> Self {
+        let half = (0.5 * f64::from(camera.fov_y)).tan();
+        let (width, height) = (f64::from(size.0), f64::from(size.1));
+        let aside = half * width / height;
+        Self { offset: (-aside, half), scale: (2.0 * aside / width, -2.0 * half / height), size }
+    }
+
+    /// The same image with pixels `side` times as wide; the last ones may stick out of it.
+    pub(crate) fn coarser(&self, side: u32) -> Self {
+        let factor = f64::from(side);
+        Self {
+            offset: self.offset,
+            scale: (self.scale.0 * factor, self.scale.1 * factor),
+            size: (self.size.0.div_ceil(side), self.size.1.div_ceil(side)),
+        }
+    }
+}
+
 /// Steps per cell side when a way through a density grid is summed, as in `scene::Medium::optical_path`.
 const STEPS_PER_CELL: f64 = 4.0;
 
 impl ViewUniform {
-    /// A view of `size` pixels through `medium`; rays that hit nothing go `max_distance` metres.
-    pub(crate) fn new(camera: &Camera, size: (u32, u32), max_distance: f64, medium: &Medium) -> Self {
-        let half = (0.5 * f64::from(camera.fov_y)).tan();
-        let (width, height) = (f64::from(size.0), f64::from(size.1));
-        let aside = half * width / height;
+    /// A view of an image through `medium`; rays that hit nothing go `max_distance` metres.
+    pub(crate) fn new(camera: &Camera, image: &ImagePlane, max_distance: f64, medium: &Medium) -> Self {
         let eye = camera.position.as_dvec3();
         let relative = |p: Vec3| (p.as_dvec3() - eye).as_vec3().to_array();
         let mut uniform = Self {
             forward: camera.forward.to_array(),
             max_distance: (max_distance as f32).min(ENDLESS),
             right: camera.right.to_array(),
-            scale_x: (2.0 * aside / width) as f32,
+            scale_x: image.scale.0 as f32,
             up: camera.up.to_array(),
-            scale_y: (-2.0 * half / height) as f32,
-            offset: [-aside as f32, half as f32],
-            size: [size.0, size.1],
+            scale_y: image.scale.1 as f32,
+            offset: [image.offset.0 as f32, image.offset.1 as f32],
+            size: image.size.into(),
             sigma_s: medium.coefficients.sigma_s(),
             sigma_t: medium.coefficients.sigma_t(),
             emission: medium.emission,
@@ -130,7 +158,7 @@ mod tests {
     fn the_corner_ray_by_hand() {
         let camera = Camera::look_at(Vec3::ZERO, Vec3::NEG_Z, Vec3::Y, std::f32::consts::FRAC_PI_2).unwrap();
         let medium = Medium::homogeneous([0.1; 3], [0.0; 3]).unwrap();
-        let view = ViewUniform::new(&camera, (200, 100), f64::INFINITY, &medium);
+        let view = ViewUniform::new(&camera, &ImagePlane::new(&camera, (200, 100)), f64::INFINITY, &medium);
         let close = |a: f32, b: f32| (a - b).abs() < 1e-6;
         assert!(close(view.offset[0], -2.0) && close(view.offset[1], 1.0));
         assert!(close(view.offset[0] + 200.0 * view.scale_x, 2.0) && close(view.scale_y, -0.02));

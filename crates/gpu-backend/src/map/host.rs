@@ -7,7 +7,7 @@ use shadowmap::{Bias, DepthEncoding, DepthOrder, Projection, ProjectionKind};
 
 use super::{NOTHING, ShadowMap};
 use crate::checked::filled_buffer;
-use crate::pass::{ComputePass, compute_pipeline, depth_texture, storage_texture, uniform};
+use crate::pass::{ComputePass, Dispatch, compute_pipeline, depth_texture, storage_texture, uniform};
 use crate::{CreateError, PrepareError};
 
 const PASS: &str = "map/heights";
@@ -204,7 +204,11 @@ impl HostConverter {
             label: "map heights".into(),
             pipeline: self.pipeline.clone(),
             groups: vec![group],
-            workgroups: [width.div_ceil(8), height.div_ceil(8), map.projection.faces().len() as u32],
+            dispatch: Dispatch::Groups([
+                width.div_ceil(8),
+                height.div_ceil(8),
+                map.projection.faces().len() as u32,
+            ]),
         }
     }
 }

@@ -11,7 +11,7 @@ use shadowmap::MapSurface;
 use super::ShadowMap;
 use crate::CreateError;
 use crate::checked::{created, filled_buffer};
-use crate::pass::{ComputePass, compute_pipeline, storage_texture, texture, uniform};
+use crate::pass::{ComputePass, Dispatch, compute_pipeline, storage_texture, texture, uniform};
 
 const PASS: &str = "map/pyramid";
 
@@ -215,7 +215,7 @@ impl PyramidBuilder {
             label: label.to_owned(),
             pipeline: self.pipelines[pipeline].clone(),
             groups: vec![group],
-            workgroups: [cells.0.max(1).div_ceil(TILE), cells.1.max(1).div_ceil(TILE), faces],
+            dispatch: Dispatch::Groups([cells.0.max(1).div_ceil(TILE), cells.1.max(1).div_ceil(TILE), faces]),
         }
     }
 }

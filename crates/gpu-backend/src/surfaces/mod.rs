@@ -17,8 +17,8 @@ use crate::fog::grid::DensityTexture;
 use crate::fog::layout::{Layouts, StandIns};
 use crate::fog::lights::{Pictures, light_group, rays_group};
 use crate::fog::targets::{Targets, check_view, ends};
-use crate::layout::{Basis, LightUniform, ViewUniform};
-use crate::pass::{ComputePass, compute_pipeline, storage};
+use crate::layout::{Basis, ImagePlane, LightUniform, ViewUniform};
+use crate::pass::{ComputePass, Dispatch, compute_pipeline, storage};
 use crate::read_radiance::read_radiance;
 use crate::timing::PassTimer;
 use crate::write_texture::write_texture;
@@ -248,7 +248,8 @@ impl Surfaces {
         pictures: &[Option<wgpu::TextureView>],
     ) -> Vec<ComputePass> {
         use wgpu::BindingResource::TextureView;
-        let basis = Basis::new(frame.camera, frame.size);
+        let image = ImagePlane::new(frame.camera, frame.size);
+        let basis = Basis::new(frame.camera, &image);
         let buffer = |label, contents: &[u8], usage| filled_buffer(device, label, contents, usage);
         let group = |label, layout, entries: &[(u32, wgpu::BindingResource<'_>)]| {
             let entries: Vec<_> = entries
@@ -264,7 +265,7 @@ impl Surfaces {
                 entries: &entries,
             })
         };
-        let view = ViewUniform::new(frame.camera, frame.size, f64::INFINITY, frame.medium);
+        let view = ViewUniform::new(frame.camera, &image, f64::INFINITY, frame.medium);
         let view = buffer("surfaces view", bytemuck::bytes_of(&view), wgpu::BufferUsages::UNIFORM);
         let hits = bytemuck::cast_slice(frame.visible.triangles);
         let hits = buffer("surfaces hits", hits, wgpu::BufferUsages::STORAGE);
@@ -288,8 +289,10 @@ impl Surfaces {
                 light = light.with_occluders(&basis, shadows.casters());
             }
             let light = buffer("surfaces light", bytemuck::bytes_of(&light), wgpu::BufferUsages::UNIFORM);
-            let array = &self.stand_ins.array;
-            let picture = pictures[index].as_ref().unwrap_or(&self.stand_ins.flat);
+            let stand_ins = &self.stand_ins;
+            let (array, flat) = (&stand_ins.array, &stand_ins.flat);
+            let picture = pictures[index].as_ref().unwrap_or(flat);
+            let textures = [array, array, array, picture, flat, &stand_ins.filtered];
             let bvh = lamp.shadows.and_then(|shadows| shadows.bvh()).unwrap_or(&self.no_bvh);
             let view = group(
                 "surfaces view",
@@ -307,11 +310,11 @@ impl Surfaces {
                 pipeline: self.pipelines[variant].clone(),
                 groups: vec![
                     view,
-                    light_group(device, &self.layouts, &light, [array, array, array, picture]),
+                    light_group(device, &self.layouts, &stand_ins.sampler, &light, textures),
                     rays_group(device, &self.layouts, bvh),
                     surfaces.clone(),
                 ],
-                workgroups: [frame.size.0.div_ceil(8), frame.size.1.div_ceil(8), 1],
+                dispatch: Dispatch::Groups([frame.size.0.div_ceil(8), frame.size.1.div_ceil(8), 1]),
             });
         }
         passes

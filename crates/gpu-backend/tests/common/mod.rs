@@ -129,7 +129,7 @@ impl Stage {
         model: AirlightModel,
     ) -> Vec<[f32; 3]> {
         let shadows = map.map(|map| Shadows::Map { map, casters: self.bvh.bounds() });
-        self.lit(gpu, fog, Lamp { light, shadows }, technique, model)
+        self.lit(gpu, fog, Lamp { light, shadows, volume: None }, technique, model)
     }
 
     /// Airlight of one light on the GPU with shadow rays.
@@ -142,7 +142,7 @@ impl Stage {
         technique: Technique,
     ) -> Vec<[f32; 3]> {
         let shadows = Some(Shadows::Rays { bvh, casters: self.bvh.bounds() });
-        self.lit(gpu, fog, Lamp { light, shadows }, technique, AirlightModel::Sun)
+        self.lit(gpu, fog, Lamp { light, shadows, volume: None }, technique, AirlightModel::Sun)
     }
 
     fn lit(
@@ -160,7 +160,14 @@ impl Stage {
             depth: SceneDepth::Distances(&ends),
             max_distance: f64::INFINITY,
         };
-        let frame = Frame { views: &[view], medium: &self.medium, lamps: &[lamp], model, technique };
+        let frame = Frame {
+            views: &[view],
+            medium: &self.medium,
+            lamps: &[lamp],
+            model,
+            technique,
+            scattering_scale: 1,
+        };
         render(gpu, fog, &frame)
     }
 

@@ -1,0 +1,235 @@
+//! One view of a frame: its passes in order, and the draws that composite it.
+
+use super::frame::{Frame, SceneDepth, View};
+use super::plan::{Shader, Work};
+use super::targets::{Targets, ends};
+use super::{Fog, ViewState, lights};
+use crate::checked::{filled_buffer, prepared};
+use crate::layout::{Basis, ImagePlane, ViewUniform};
+use crate::pass::{ComputePass, Dispatch, Step};
+use crate::volume::FaceTarget;
+use crate::write_texture::write_texture;
+use crate::{FrameStats, PrepareError};
+
+/// What a view's passes are made from.
+pub(super) struct ViewPasses<'a> {
+    pub(super) fog: &'a Fog,
+    pub(super) device: &'a wgpu::Device,
+    pub(super) queue: &'a wgpu::Queue,
+    pub(super) frame: &'a Frame<'a>,
+    pub(super) view: &'a View<'a>,
+    pub(super) work: &'a [Work],
+    pub(super) grid: &'a wgpu::TextureView,
+    pub(super) pictures: lights::LightPictures<'a>,
+}
+
+/// An image that airlight is computed for.
+struct Image {
+    plane: ImagePlane,
+    basis: Basis,
+    uniform: wgpu::Buffer,
+    /// Pixels of the view along the side of a pixel of the image.
+    scale: u32,
+    /// Faces of the shadow volume of each piece of work that has one.
+    faces: Vec<Option<wgpu::TextureView>>,
+}
+
+fn view_of(texture: &wgpu::Texture) -> wgpu::TextureView {
+    texture.create_view(&wgpu::TextureViewDescriptor::default())
+}
+
+impl ViewPasses<'_> {
+    /// Adds the view's steps; takes textures of the right size out of `old`.
+    pub(super) fn build(
+        &self,
+        old: &mut Vec<Targets>,
+        steps: &mut Vec<Step>,
+        stats: &mut FrameStats,
+    ) -> Result<ViewState, PrepareError> {
+        let scale = self.frame.scattering_scale;
+        let mut targets = self.targets(old, self.view.size)?;
+        let dispatches: usize = self.work.iter().map(|work| work.parts.len()).sum();
+        let layers = dispatches.clamp(1, 2);
+        targets.reserve(self.device, if scale == 1 { layers } else { 1 })?;
+        let mut image = self.image(ImagePlane::new(self.view.camera, self.view.size), 1)?;
+        self.find_ends(&image, &targets, steps)?;
+        let (low, result) = match &self.fog.low {
+            Some(passes) if scale > 1 => {
+                let mut coarse = self.image(image.plane.coarser(scale), scale)?;
+                let mut low =
+                    vec![self.targets(old, coarse.plane.size)?, self.targets(old, coarse.plane.size)?];
+                low.iter_mut().try_for_each(|layer| layer.reserve(self.device, layers))?;
+                let (device, uniform) = (self.device, &image.uniform);
+                let down =
+                    prepared(device, "a view", || passes.down(device, uniform, scale, &targets, &low))?;
+                steps.push(Step::Compute(down));
+                self.find_faces(&mut coarse, steps)?;
+                let mut result = 0;
+                for layer in &low {
+                    result = self.scatter(&coarse, layer, steps)?;
+                }
+                let up =
+                    prepared(device, "a view", || passes.up(device, uniform, scale, &targets, &low, result))?;
+                steps.push(Step::Compute(up));
+                self.count(coarse.plane.size, 2, stats);
+                (low, 0)
+            }
+            _ => {
+                self.find_faces(&mut image, steps)?;
+                let result = self.scatter(&image, &targets, steps)?;
+                self.count(self.view.size, 1, stats);
+                (Vec::new(), result)
+            }
+        };
+        let fog = self.fog;
+        let draws = prepared(self.device, "a view", || {
+            let airlight = targets.airlight[result].as_ref().map(view_of);
+            let ends = view_of(&targets.ray_ends);
+            fog.draws(self.device, self.frame.medium, &image.uniform, &ends, &airlight, self.grid)
+        })?;
+        if fog.target.is_some() {
+            stats.fragments += draws.len() as u64 * u64::from(self.view.size.0) * u64::from(self.view.size.1);
+        }
+        Ok(ViewState { targets, low, result, draws })
+    }
+
+    /// Textures of `size`: those of the frame before, if there are any.
+    fn targets(&self, old: &mut Vec<Targets>, size: (u32, u32)) -> Result<Targets, PrepareError> {
+        match old.iter().position(|targets| targets.size == size) {
+            Some(index) => Ok(old.swap_remove(index)),
+            None => Targets::new(self.device, size),
+        }
+    }
+
+    fn image(&self, plane: ImagePlane, scale: u32) -> Result<Image, PrepareError> {
+        let View { camera, max_distance, .. } = self.view;
+        let uniform = ViewUniform::new(camera, &plane, *max_distance, self.frame.medium);
+        let uniform = prepared(self.device, "a view", || {
+            let bytes = bytemuck::bytes_of(&uniform);
+            filled_buffer(self.device, "fog view", bytes, wgpu::BufferUsages::UNIFORM)
+        })?;
+        Ok(Image { plane, basis: Basis::new(camera, &plane), uniform, scale, faces: Vec::new() })
+    }
+
+    /// Where the rays of all pixels end.
+    fn find_ends(&self, image: &Image, targets: &Targets, steps: &mut Vec<Step>) -> Result<(), PrepareError> {
+        prepared(self.device, "a view", || {
+            if let SceneDepth::Buffer { texture, order, near, far } = self.view.depth {
+                steps.push(Step::Compute(self.fog.ray_ends.pass(
+                    self.device,
+                    image.uniform.as_entire_binding(),
+                    texture,
+                    (order, near, far),
+                    &targets.ray_ends,
+                )));
+            } else {
+                write_texture(self.queue, &targets.ray_ends, bytemuck::cast_slice(&ends(self.view)), 4);
+            }
+        })
+    }
+
+    /// The outermost faces of each light's shadow volume.
+    fn find_faces(&self, image: &mut Image, steps: &mut Vec<Step>) -> Result<(), PrepareError> {
+        for work in self.work {
+            let lamp = work.lamp.map(|index| &self.frame.lamps[index]);
+            let (Some(volumes), Some(faces), Some(lamp)) = (&self.fog.volumes, work.faces, lamp) else {
+                image.faces.push(None);
+                continue;
+            };
+            let Some(volume) = lamp.volume else {
+                image.faces.push(None);
+                continue;
+            };
+            let target = FaceTarget {
+                camera: self.view.camera,
+                light: lamp.light,
+                faces: faces.at_scale(image.scale),
+                image: image.plane.coarser(faces.at_scale(image.scale).side()),
+                margin: lamp.shadows.and_then(|shadows| shadows.map()).map_or(0.0, texel),
+            };
+            let (found, texture) = volumes.faces(self.device, volume, &target)?;
+            steps.extend(found);
+            image.faces.push(Some(view_of(&texture)));
+        }
+        Ok(())
+    }
+
+    /// The airlight of an image, light by light; which of the airlight textures holds the result.
+    fn scatter(
+        &self,
+        image: &Image,
+        targets: &Targets,
+        steps: &mut Vec<Step>,
+    ) -> Result<usize, PrepareError> {
+        let (fog, device, frame) = (self.fog, self.device, self.frame);
+        let (width, height) = image.plane.size;
+        prepared(device, "a view", || {
+            let ray_ends = view_of(&targets.ray_ends);
+            let airlight = targets.airlight.each_ref().map(|texture| texture.as_ref().map(view_of));
+            let mut done = 0;
+            for (work, faces) in self.work.iter().zip(&image.faces) {
+                for &(first, end) in &work.parts {
+                    let (to, before) = (done % 2, (done + 1) % 2);
+                    let before = airlight[before].as_ref().filter(|_| done > 0);
+                    let before = before.unwrap_or(&fog.stand_ins.flat);
+                    let Some(to) = &airlight[to] else { continue };
+                    let mut light = lights::uniform(device, frame, work, &image.basis);
+                    light.face_scale = work.faces.map_or(1, |faces| faces.at_scale(image.scale).side());
+                    (light.first_sample, light.end_sample) = (first, end);
+                    light.adds = u32::from(done > 0);
+                    let (layouts, faces) = (&fog.layouts, faces.as_ref());
+                    let pictures = self.pictures;
+                    let light_group =
+                        lights::group(device, layouts, &fog.stand_ins, frame, work, &light, pictures, faces);
+                    let entries = [
+                        (0, image.uniform.as_entire_binding()),
+                        (1, wgpu::BindingResource::TextureView(&ray_ends)),
+                        (2, wgpu::BindingResource::TextureView(before)),
+                        (3, wgpu::BindingResource::TextureView(to)),
+                        (4, wgpu::BindingResource::TextureView(self.grid)),
+                    ]
+                    .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource });
+                    let view_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+                        label: Some("fog view"),
+                        layout: &layouts.view,
+                        entries: &entries,
+                    });
+                    let mut groups = vec![view_group, light_group];
+                    groups.extend(lights::bvh_group(device, layouts, frame, work));
+                    steps.push(Step::Compute(ComputePass {
+                        label: work.label.clone(),
+                        pipeline: fog.scatter[&work.variant].clone(),
+                        groups,
+                        dispatch: Dispatch::Groups([width.div_ceil(8), height.div_ceil(8), 1]),
+                    }));
+                    done += 1;
+                }
+            }
+            if done == 0
+                && let Some(texture) = &targets.airlight[0]
+            {
+                write_texture(self.queue, texture, &vec![0; 16 * width as usize * height as usize], 16);
+            }
+            let result = (done + 1) % 2;
+            if targets.airlight[result].is_some() { result } else { 0 }
+        })
+    }
+
+    /// Adds what an image of `size` pixels in so many layers costs.
+    fn count(&self, (width, height): (u32, u32), layers: u64, stats: &mut FrameStats) {
+        for work in self.work {
+            let steps = layers * u64::from(work.samples) * u64::from(width) * u64::from(height);
+            stats.samples += steps;
+            stats.rays += if work.variant.rays { steps } else { 0 };
+            stats.closed_forms += u32::from(work.variant.shader == Shader::Exact && !work.variant.shadowed);
+        }
+    }
+}
+
+/// Side of a map's texel: a tangent, or for parallel rays units: m. Shadows of a map stick out of those of the geometry by
+/// no more than that.
+fn texel(map: &crate::ShadowMap) -> f64 {
+    let face = &map.projection().faces()[0];
+    let (width, height) = map.size();
+    2.0 * (face.half.x / f64::from(width)).max(face.half.y / f64::from(height))
+}
