@@ -13,6 +13,9 @@
 // How near to its end visibility is asked whether a ray ends in shadow, as a share of the ray.
 const BEFORE_END: f32 = 1e-6;
 
+// Optical depth behind which no step is taken on an endless ray.
+const MARCH_DEPTH: f32 = 16.0;
+
 // Bisections, at least, of the boundary behind the backmost face where a ray ends in shadow.
 const LEAST_TAIL: u32 = 8u;
 
@@ -47,7 +50,10 @@ fn between_faces(ray: ViewRay, foot: Foot, sight: Sight, piece: vec2f, pixel: ve
     let starts_dark = seen.x < 1.0;
     let covered = found || starts_dark;
     let on = covered && (!found || seen.y < 1.0);
-    let marched = vec2f(select(front, piece.x, starts_dark), select(back, piece.y, on));
+    // a face of an endless ray may be thousands of scenes away: behind this depth no light is left
+    let last_back = select(back, min(back, MARCH_DEPTH / view.least_extinction), endless);
+    let last_step = select(last_back, piece.y, on);
+    let marched = vec2f(min(select(front, piece.x, starts_dark), last_step), last_step);
     let last = select(1.0, seen.z, on && !endless);
     return Between(marched, covered, seen.x, last, !on && seen.z < 1.0);
 }
@@ -67,7 +73,7 @@ fn hybrid(pixel: vec2u) -> vec3f {
     let sight = sight_of(ray);
     let between = between_faces(ray, lamp.foot.foot, sight, piece, pixel);
     let marched = between.marched;
-    let steps = steps_of(lamp.foot.foot, marched, false, LIGHT == DIRECTIONAL);
+    let steps = steps_of(lamp.foot.foot, marched, piece.y >= 1e29, LIGHT == DIRECTIONAL);
     let endless = marched.y >= 1e29;
     // after the steps: where the march ends, and the end of the ray
     let stops = select(light.samples, light.samples + select(1u, 2u, between.tail), between.covered || between.tail);

@@ -187,8 +187,8 @@ impl Fog {
         for (index, view) in frame.views.iter().enumerate() {
             check_view(index, view, largest)?;
         }
-        lights::check_maps(frame)?;
         let work = plan::plan(frame)?;
+        lights::check_maps(frame)?;
         if self.volumes.is_none() && work.iter().any(|work| work.faces.is_some()) {
             self.volumes = Some(VolumePasses::new(device)?);
         }
