@@ -20,6 +20,8 @@
 // a spot's picture at every size, linear RGB, filterable
 @group(1) @binding(6) var mips: texture_2d<f32>;
 @group(1) @binding(7) var smooth_sampler: sampler;
+// airlight of this frame and light by angle, see frame_table.wgsl; rgba32float
+@group(1) @binding(8) var frame_table: texture_2d<f32>;
 
 // one of POINT, SPOT, DIRECTIONAL
 override LIGHT: u32 = 0u;

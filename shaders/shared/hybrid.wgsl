@@ -9,6 +9,7 @@
 
 #import piece
 #import steps
+#import frame_table
 
 // How near to its end visibility is asked whether a ray ends in shadow, as a share of the ray.
 const BEFORE_END: f32 = 1e-6;
@@ -153,7 +154,7 @@ fn hybrid(pixel: vec2u) -> vec3f {
             run = vec2f(start, piece.y);
             share = state;
         }
-        radiance += share * piece_airlight(lamp, run.x, run.y);
+        radiance += share * run_airlight(lamp, run.x, run.y);
         if !ended {
             break;
         }

@@ -10,6 +10,7 @@
 
 #import piece
 #import steps
+#import frame_table
 #import light_mips
 
 // neither 1/d^2 nor extinction on the light's way
@@ -81,6 +82,9 @@ fn step_airlight(lamp: Lamp, start: f32, end: f32) -> vec3f {
     let intensity = mean * colour * light.power;
     if HOFFMAN_PREETHAM {
         return sunlit_airlight(1.0, intensity, start, end);
+    }
+    if TABLE != NO_TABLE {
+        return intensity * max(airlight_to(lamp, end) - airlight_to(lamp, start), vec3f());
     }
     return constant_airlight(lamp, intensity, start, end);
 }

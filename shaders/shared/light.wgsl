@@ -40,6 +40,10 @@ struct Light {
     refine: u32,         // bisections of a boundary that a march has found
     eye: vec3f,          // where the view is taken from; world axes and origin; units: m
     lit_samples: u32,    // steps of each segment outside of the outermost faces of a shadow volume
+    table_end: f32,        // distance of the last row of a frame's table as printed; units: m
+    _pad0: f32,
+    _pad1: f32,
+    _pad2: f32,
     rows: array<vec4f, 4>, // X, Y, W and depth over (a, b, 1) per unit of the ray's tangent vector, and at the eye
 }
 

@@ -204,6 +204,7 @@ fn hybrid_of(
         faces: if options.tile == 1 { Faces::Pixels } else { Faces::Tiles(options.tile) },
         refine: options.refine,
         partial: matches!(options.extruded, Extruded::RestAsTexture(_)),
+        form: options.form,
     }
 }
 

@@ -1,6 +1,7 @@
 //! The techniques by name: what each takes, and what a picture is to show.
 
 use clap::ValueEnum;
+use gpu_backend::AirlightForm;
 use ground_truth::Reference;
 use hybrid_march::{Hybrid, Placement};
 use scene::{AirlightModel, Refusal};
@@ -113,12 +114,22 @@ pub(crate) struct HybridOptions {
     pub(crate) placement: Option<Placement>,
     /// Blur of a light's picture in texels before its mips are made; without, it is read at each step's middle.
     pub(crate) mips: Option<f32>,
+    /// How airlight of lit pieces is computed on a GPU.
+    pub(crate) form: AirlightForm,
 }
 
 impl Default for HybridOptions {
     fn default() -> Self {
         let (extruded, tile, refine) = (Extruded::Scene, 8, 6);
-        Self { extruded, tile, refine, lit_samples: None, placement: None, mips: Some(0.0) }
+        Self {
+            extruded,
+            tile,
+            refine,
+            lit_samples: None,
+            placement: None,
+            mips: Some(0.0),
+            form: AirlightForm::Interval,
+        }
     }
 }
 

@@ -66,8 +66,8 @@ pub use context::{DeviceFeatures, GpuContext, software_or_hardware};
 pub use draw::{DepthDrawer, DrawnDepth, DrawnMap, Triangles};
 pub use error::{ContextError, CreateError, GpuError, PrepareError, ReadError};
 pub use fog::{
-    CompositeTarget, Fog, FogDescriptor, Frame, Hybrid, Lamp, LightPicture, Lookup, MAX_LIGHTS, Placement,
-    SceneDepth, Shadows, Technique, View,
+    AirlightForm, CompositeTarget, Fog, FogDescriptor, Frame, Hybrid, Lamp, LightPicture, Lookup, MAX_LIGHTS,
+    Placement, SceneDepth, Shadows, Technique, View,
 };
 pub use map::{HostDepth, ShadowMap};
 pub use probe::{AirlightProbe, Problem, SunProbe, SunProblem};

@@ -15,8 +15,8 @@ use std::sync::Arc;
 
 use common::{Stage, compare, fog, gpu, gpus, render, upload};
 use gpu_backend::{
-    Faces, Fog, Frame, GpuBvh, GpuContext, Hybrid, Lamp, LightPicture, Lookup, Placement, PrepareError,
-    SceneDepth, ShadowCasters, ShadowMap, ShadowVolume, Shadows, Technique, View,
+    AirlightForm, Faces, Fog, Frame, GpuBvh, GpuContext, Hybrid, Lamp, LightPicture, Lookup, Placement,
+    PrepareError, SceneDepth, ShadowCasters, ShadowMap, ShadowVolume, Shadows, Technique, View,
 };
 use hybrid_march::{Adjacency, FaceBounds, LightMips, LowResolution, Occluders, Silhouette};
 use scene::{
@@ -358,4 +358,28 @@ fn what_is_missing_is_said() {
     let variance = Hybrid { lookup: Lookup::Variance, ..plain };
     let error = prepare(variance, 1, sun);
     assert!(matches!(error, PrepareError::NoVolume { .. } | PrepareError::NoMoments { .. }), "{error}");
+}
+
+/// Tables against the interval form: what they cost in accuracy with the light in view, and out of it.
+#[test]
+fn tables_come_close_to_the_interval_form() {
+    for gpu in gpus() {
+        let mut fog = fog(&gpu);
+        let stage = Stage::procedural("sphere", (64, 64), 1.0);
+        let light = stage.lights().remove(0);
+        let map = upload(&gpu, &stage.map(&light, 256, MapSurface::Step).unwrap());
+        let shadows = Shadows::Map { map: &map, casters: stage.bvh.bounds() };
+        let mut with = |form| {
+            let hybrid = Hybrid { faces: Faces::Pixels, form, ..Hybrid::default() };
+            let picture = Case::new(&stage, &light, hybrid).on_gpu(&gpu, &mut fog, shadows);
+            let filled = fog.stats().passes.iter().filter(|pass| pass.ends_with("table")).count();
+            assert_eq!(filled, usize::from(form != AirlightForm::Interval), "{:?}", fog.stats().passes);
+            picture
+        };
+        let exact = with(AirlightForm::Interval);
+        let (angles, _) = compare(&with(AirlightForm::AngleTable { size: 256 }), &exact);
+        let (printed, _) = compare(&with(AirlightForm::FrameTable { size: 256 }), &exact);
+        println!("rel_rmse over angles {angles:.2e}, as printed {printed:.2e}");
+        assert!(angles < 1e-3 && printed < 0.1 && angles < printed, "{angles:.2e} {printed:.2e}");
+    }
 }

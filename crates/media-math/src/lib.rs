@@ -29,7 +29,7 @@
 //! | a light whose intensity varies with direction | [`airlight_anisotropic`] | any phase function, any lamp |
 //! | unordered boundaries | [`signed_airlight`] | what additive blending can do; errs by 10⁻⁵ of the unshadowed value |
 //! | a directional light | [`directional_airlight`], [`HoffmanPreetham`] | closed form |
-//! | a paper to reproduce | [`FTable`], [`FrameTable`], [`airlight_closed_form`], [`airlight_equiangular`] | for comparison |
+//! | a paper to reproduce | [`FTable`], [`FrameTable`], [`AngleTable`], [`airlight_closed_form`], [`airlight_equiangular`] | for comparison |
 //!
 //! # Symbols and units
 //!
@@ -66,7 +66,7 @@ mod sum;
 
 pub use error::{MediumError, TableError};
 pub use optics::airlight::{airlight, airlight_isotropic};
-pub use optics::airlight_table::{FTable, FrameTable, Interpolation, Warp, literal_airlight};
+pub use optics::airlight_table::{AngleTable, FTable, FrameTable, Interpolation, Warp, literal_airlight};
 pub use optics::boundary::{Boundary, Crossing, airlight_over, signed_airlight};
 pub use optics::closed_form::airlight_closed_form;
 pub use optics::composite::{PathNode, airlight_anisotropic, airlight_composite, inverse_square_integral};

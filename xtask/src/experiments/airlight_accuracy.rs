@@ -10,8 +10,8 @@ use std::time::{Duration, Instant};
 
 use gpu_backend::{AirlightProbe, GpuContext, Problem as GpuProblem};
 use media_math::{
-    FTable, Foot, FrameTable, HomogeneousMedium, Interpolation, PhaseFunction, Real, TableError, Warp,
-    airlight, airlight_closed_form, airlight_composite, airlight_equiangular, literal_airlight, sun_f,
+    AngleTable, FTable, Foot, FrameTable, HomogeneousMedium, Interpolation, PhaseFunction, Real, TableError,
+    Warp, airlight, airlight_closed_form, airlight_composite, airlight_equiangular, literal_airlight, sun_f,
 };
 use rayon::prelude::*;
 use serde::Deserialize;
@@ -88,6 +88,8 @@ struct Problem<T> {
     exact: f64,
     /// F′ for this case's eye, light and medium; built only where it is measured.
     frame: Option<FrameTable<T>>,
+    /// The same over angles.
+    angles: Option<AngleTable<T>>,
 }
 
 impl Case {
@@ -109,6 +111,7 @@ impl Case {
             x1: lit(block.x1, self.x1),
             exact,
             frame: None,
+            angles: None,
         })
     }
 }
@@ -128,6 +131,13 @@ impl<T: Real> Problem<T> {
                 self.x1.widen(),
             );
             self.frame = Some(table.map_err(Failure::program)?);
+            let angles = AngleTable::new(
+                FRAME_SIZE,
+                self.medium.sigma_s().widen(),
+                self.medium.sigma_t().widen(),
+                x_foot.hypot(h),
+            );
+            self.angles = Some(angles.map_err(Failure::program)?);
         }
         Ok(self)
     }
@@ -224,6 +234,14 @@ fn forms<T: Real>() -> Result<Vec<Form<T>>, TableError> {
             p.frame
                 .as_ref()
                 .map_or(T::nan(), |table| table.airlight(p.intensity, p.foot.x_foot / distance, p.x0, p.x1))
+        }),
+    ));
+    forms.push(form(
+        &format!("F′ table {FRAME_SIZE}² over angles, a frame each"),
+        false,
+        Box::new(|p| {
+            let table = p.angles.as_ref();
+            table.map_or(T::nan(), |table| table.airlight(p.intensity, &p.foot, p.x0, p.x1))
         }),
     ));
     Ok(forms)

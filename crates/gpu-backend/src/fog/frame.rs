@@ -156,6 +156,26 @@ impl LightPicture {
     }
 }
 
+/// How the airlight of a lit piece is computed where a light's intensity is constant along it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum AirlightForm {
+    /// The interval form: as accurate as its numbers.
+    #[default]
+    Interval,
+    /// The difference of two lookups in a table made for the frame (Wyman and Ramsey 2008, section 3.4), over cos γ and x
+    /// as printed: wrong next to the light's direction, where it diverges. For point lights, and textured spots in Sun's
+    /// model, in an isotropic medium; others take the interval form.
+    FrameTable {
+        /// Entries a side; 2 to 2048.
+        size: u32,
+    },
+    /// The same over angles, without a singularity; see [`media_math::AngleTable`].
+    AngleTable {
+        /// Entries a side; 2 to 2048.
+        size: u32,
+    },
+}
+
 /// A march between shadow-volume faces.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hybrid {
@@ -177,6 +197,8 @@ pub struct Hybrid {
     /// Whether the shadow volume is that of a part of the casters: shadows are then looked up in all of a spot's cone,
     /// as if the others were in its picture (section 5). Other lights cannot take it.
     pub partial: bool,
+    /// How airlight is computed.
+    pub form: AirlightForm,
 }
 
 impl Default for Hybrid {
@@ -191,6 +213,7 @@ impl Default for Hybrid {
             faces: Faces::Tiles(8),
             refine: 6,
             partial: false,
+            form: AirlightForm::Interval,
         }
     }
 }

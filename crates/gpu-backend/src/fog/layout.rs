@@ -53,6 +53,7 @@ impl Layouts {
                     texture(5, flat),
                     filtered_texture(6),
                     sampler(7),
+                    texture(8, flat),
                 ],
             ),
         }

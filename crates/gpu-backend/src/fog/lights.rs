@@ -63,6 +63,7 @@ pub(super) fn uniform(device: &wgpu::Device, frame: &Frame<'_>, work: &Work, bas
     let mut uniform = LightUniform::new(basis, lamp.light);
     (uniform.samples, uniform.kernel, uniform.refine) = (work.samples, work.kernel, work.refine);
     uniform.lit_samples = work.lit_samples;
+    uniform.table_end = table_end(frame, &uniform);
     if let Some(shadows) = lamp.shadows {
         uniform = uniform.with_occluders(basis, shadows.casters());
     }
@@ -81,6 +82,14 @@ pub(super) fn uniform(device: &wgpu::Device, frame: &Frame<'_>, work: &Work, bas
     uniform
 }
 
+/// Distance at which a table as printed ends: e⁻⁸ of the light is left behind the light's distance there; units: m.
+fn table_end(frame: &Frame<'_>, light: &LightUniform) -> f32 {
+    let distance = glam::Vec3::from(light.to_light).length();
+    let sigma_t = frame.medium.coefficients.sigma_t();
+    let least = sigma_t.into_iter().filter(|&sigma_t| sigma_t > 0.0).fold(f32::INFINITY, f32::min);
+    if least.is_finite() { distance + 8.0 / least } else { 100.0 * distance }
+}
+
 /// The pictures of a frame's lights: as they are, and at every size.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct LightPictures<'a> {
@@ -97,7 +106,7 @@ pub(super) fn group<'a>(
     work: &Work,
     uniform: &LightUniform,
     pictures: LightPictures<'a>,
-    faces: Option<&'a wgpu::TextureView>,
+    [faces, table]: [Option<&'a wgpu::TextureView>; 2],
 ) -> wgpu::BindGroup {
     let buffer = filled_buffer(device, "fog light", bytemuck::bytes_of(uniform), wgpu::BufferUsages::UNIFORM);
     let map = work.lamp.and_then(|index| frame.lamps[index].shadows).and_then(|shadows| shadows.map());
@@ -121,23 +130,28 @@ pub(super) fn group<'a>(
     let picture = of_lamp(pictures.plain).unwrap_or(&stand_ins.flat);
     let mips = of_lamp(pictures.mips).unwrap_or(&stand_ins.filtered);
     let faces = faces.unwrap_or(&stand_ins.flat);
-    let textures = [&heights, &pyramid, &moments, picture, faces, mips];
+    let table = table.unwrap_or(&stand_ins.flat);
+    let textures = [&heights, &pyramid, &moments, picture, faces, mips, table];
     light_group(device, layouts, &stand_ins.sampler, &buffer, textures)
 }
 
-/// A light's group: its uniform, then its map's heights, pyramid and moments, its picture, the faces of its volume and its
-/// picture at every size.
+/// A light's group: its uniform, then its map's heights, pyramid and moments, its picture, the faces of its volume, its
+/// picture at every size and the frame's table.
 pub(crate) fn light_group(
     device: &wgpu::Device,
     layouts: &Layouts,
     sampler: &wgpu::Sampler,
     uniform: &wgpu::Buffer,
-    textures: [&wgpu::TextureView; 6],
+    textures: [&wgpu::TextureView; 7],
 ) -> wgpu::BindGroup {
     let mut entries = vec![wgpu::BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() }];
     let views = textures.map(wgpu::BindingResource::TextureView);
     entries.extend(
-        views.into_iter().zip(1..).map(|(resource, binding)| wgpu::BindGroupEntry { binding, resource }),
+        // the sampler is the seventh
+        views
+            .into_iter()
+            .zip([1, 2, 3, 4, 5, 6, 8])
+            .map(|(resource, binding)| wgpu::BindGroupEntry { binding, resource }),
     );
     entries.push(wgpu::BindGroupEntry { binding: 7, resource: wgpu::BindingResource::Sampler(sampler) });
     device.create_bind_group(&wgpu::BindGroupDescriptor {

@@ -19,7 +19,8 @@ use scene::{Density, Medium};
 pub use composite::CompositeTarget;
 use composite::CompositeVariant;
 pub use frame::{
-    Frame, Hybrid, Lamp, LightPicture, Lookup, MAX_LIGHTS, Placement, SceneDepth, Shadows, Technique, View,
+    AirlightForm, Frame, Hybrid, Lamp, LightPicture, Lookup, MAX_LIGHTS, Placement, SceneDepth, Shadows,
+    Technique, View,
 };
 use layout::{Layouts, StandIns};
 use low::{LowPasses, MOST_SCALE};
@@ -194,6 +195,9 @@ impl Fog {
         }
         for work in &work {
             self.scatter_pipeline(device, work.variant)?;
+            if work.table_size > 0 {
+                self.scatter_pipeline(device, work.variant.of_table())?;
+            }
         }
         let grid = self.grid.of(device, queue, frame.medium, &self.stand_ins)?;
         let plain = self.pictures.of(device, queue, frame.lamps)?;

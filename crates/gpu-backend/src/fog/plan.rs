@@ -6,7 +6,7 @@
 
 use scene::{AirlightModel, Density, Light, Medium, Refusal};
 
-use super::frame::{Frame, Hybrid, Lamp, Lookup, Placement, Technique};
+use super::frame::{AirlightForm, Frame, Hybrid, Lamp, Lookup, Placement, Technique};
 use crate::Faces;
 
 /// Steps of a march, times what each loops over, in one dispatch: some drivers cut loops silently at 65,535 trips of a
@@ -44,6 +44,8 @@ pub(crate) struct Variant {
     pub(crate) mips: bool,
     /// Whether visibility is asked outside of the faces too.
     pub(crate) partial: bool,
+    /// 0 none, 1 a table as printed, 2 one over angles.
+    pub(crate) table: u8,
 }
 
 /// Which scattering shader.
@@ -54,12 +56,20 @@ pub(crate) enum Shader {
     MarchVarying,
     Hybrid,
     HybridTextured,
+    /// Fills the table of a hybrid march.
+    FrameTable,
 }
 
 impl Variant {
+    /// The pass that fills the table that this one reads.
+    pub(crate) fn of_table(self) -> Self {
+        Self { shader: Shader::FrameTable, light: 0, textured: false, shadowed: false, rays: false, ..self }
+    }
+
     /// The shader's file.
     pub(crate) const fn file(&self) -> &'static str {
         match (self.shader, self.rays) {
+            (Shader::FrameTable, _) => "scatter/frame_table",
             (Shader::Exact, _) => "scatter/exact",
             (Shader::March, false) => "scatter/march",
             (Shader::March, true) => "scatter/march_rays",
@@ -90,6 +100,9 @@ impl Variant {
                 ("DENSITY", f64::from(self.density)),
                 ("HOFFMAN_PREETHAM", flag(self.hoffman_preetham)),
             ]);
+        }
+        if matches!(self.shader, Shader::Hybrid | Shader::HybridTextured | Shader::FrameTable) {
+            constants.push(("TABLE", f64::from(self.table)));
         }
         if self.shader == Shader::HybridTextured {
             constants.extend([
@@ -122,6 +135,8 @@ pub(crate) struct Work {
     pub(crate) refine: u32,
     /// Steps of each lit segment beside the faces.
     pub(crate) lit_samples: u32,
+    /// Entries along the side of the frame's table, where there is one.
+    pub(crate) table_size: u32,
 }
 
 /// The work of a frame, light by light.
@@ -183,6 +198,7 @@ fn variant(frame: &Frame<'_>, shader: Shader) -> Variant {
         equal_distance: false,
         mips: false,
         partial: false,
+        table: 0,
     }
 }
 
@@ -221,6 +237,7 @@ fn of_lamp(frame: &Frame<'_>, index: usize, lamp: &Lamp<'_>) -> Result<Work, Ref
             faces: None,
             refine: 0,
             lit_samples: 0,
+            table_size: 0,
         }
     };
     match frame.technique {
@@ -247,11 +264,13 @@ fn of_lamp(frame: &Frame<'_>, index: usize, lamp: &Lamp<'_>) -> Result<Work, Ref
             }
             let (lookup, kernel) = if rays || !shadowed { (0, 0) } else { lookup_code(hybrid.lookup) };
             let shader = if textured { Shader::HybridTextured } else { Shader::Hybrid };
+            let (table, table_size) = table_of(frame, lamp.light, &hybrid, textured);
             let variant = Variant {
                 lookup,
                 equal_distance: textured && hybrid.placement == Placement::EqualDistance,
                 mips: textured && hybrid.picture.blur().is_some(),
                 partial: textured && hybrid.partial,
+                table,
                 ..with(shader)
             };
             Ok(Work {
@@ -264,6 +283,7 @@ fn of_lamp(frame: &Frame<'_>, index: usize, lamp: &Lamp<'_>) -> Result<Work, Ref
                 faces: shadowed.then_some(hybrid.faces),
                 refine: hybrid.refine,
                 lit_samples: if textured { hybrid.lit_samples } else { 0 },
+                table_size,
             })
         }
         Technique::BruteForce { samples, lookup } => {
@@ -302,11 +322,31 @@ fn check_hybrid(frame: &Frame<'_>, light: &Light, hybrid: &Hybrid) -> Result<(),
     if hybrid.partial && !matches!(light, Light::Spot(_)) {
         return Err(refused_by_hybrid("the shadow volume of a part of the casters, but for a spot"));
     }
+    if let AirlightForm::FrameTable { size } | AirlightForm::AngleTable { size } = hybrid.form
+        && !(2..=2048).contains(&size)
+    {
+        return Err(refused_by_hybrid("a table of that size"));
+    }
     // its march is one dispatch
     if hybrid.samples.max(hybrid.lit_samples) > MOST_HYBRID_SAMPLES {
         return Err(refused_by_hybrid("more than 8192 samples"));
     }
     Ok(())
+}
+
+/// The kind of table that a light's hybrid march reads, and its size; none where it has no use for one.
+fn table_of(frame: &Frame<'_>, light: &Light, hybrid: &Hybrid, textured: bool) -> (u8, u32) {
+    let sun = frame.model == AirlightModel::Sun && frame.medium.phase.is_isotropic();
+    let takes = match light {
+        Light::Point(_) => sun,
+        Light::Spot(_) => sun && textured,
+        Light::Directional(_) => false,
+    };
+    match hybrid.form {
+        AirlightForm::FrameTable { size } if takes => (1, size),
+        AirlightForm::AngleTable { size } if takes => (2, size),
+        _ => (0, 0),
+    }
 }
 
 /// The number by which shaders know a lookup, and the width of its kernel.
@@ -340,6 +380,7 @@ fn march(
         faces: None,
         refine: 0,
         lit_samples: 0,
+        table_size: 0,
     }
 }
 

@@ -43,7 +43,7 @@ impl Targets {
     }
 }
 
-fn texture(
+pub(super) fn texture(
     device: &wgpu::Device,
     label: &str,
     size: (u32, u32),

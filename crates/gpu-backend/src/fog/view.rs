@@ -2,7 +2,7 @@
 
 use super::frame::{Frame, SceneDepth, View};
 use super::plan::{Shader, Work};
-use super::targets::{Targets, ends};
+use super::targets::{self, Targets, ends};
 use super::{Fog, ViewState, lights};
 use crate::checked::{filled_buffer, prepared};
 use crate::layout::{Basis, ImagePlane, ViewUniform};
@@ -64,9 +64,10 @@ impl ViewPasses<'_> {
                     prepared(device, "a view", || passes.down(device, uniform, scale, &targets, &low))?;
                 steps.push(Step::Compute(down));
                 self.find_faces(&mut coarse, steps)?;
+                let tables = self.fill_tables(&coarse, steps)?;
                 let mut result = 0;
                 for layer in &low {
-                    result = self.scatter(&coarse, layer, steps)?;
+                    result = self.scatter(&coarse, layer, &tables, steps)?;
                 }
                 let up =
                     prepared(device, "a view", || passes.up(device, uniform, scale, &targets, &low, result))?;
@@ -76,7 +77,8 @@ impl ViewPasses<'_> {
             }
             _ => {
                 self.find_faces(&mut image, steps)?;
-                let result = self.scatter(&image, &targets, steps)?;
+                let tables = self.fill_tables(&image, steps)?;
+                let result = self.scatter(&image, &targets, &tables, steps)?;
                 self.count(self.view.size, 1, stats);
                 (Vec::new(), result)
             }
@@ -154,11 +156,82 @@ impl ViewPasses<'_> {
         Ok(())
     }
 
+    /// The table of each piece of work that reads one, made for the view's eye.
+    fn fill_tables(
+        &self,
+        image: &Image,
+        steps: &mut Vec<Step>,
+    ) -> Result<Vec<Option<wgpu::TextureView>>, PrepareError> {
+        let (fog, device) = (self.fog, self.device);
+        let flat = &fog.stand_ins.flat;
+        let fill = |work: &Work| {
+            let size = (work.table_size, work.table_size);
+            let texture = targets::texture(device, "frame table", size, wgpu::TextureFormat::Rgba32Float);
+            let table = view_of(&texture);
+            let light = lights::uniform(device, self.frame, work, &image.basis);
+            let pictures = self.pictures;
+            let unlit = Work { variant: work.variant.of_table(), ..work.clone() };
+            let group = lights::group(
+                device,
+                &fog.layouts,
+                &fog.stand_ins,
+                self.frame,
+                &unlit,
+                &light,
+                pictures,
+                [None, None],
+            );
+            let side = work.table_size.div_ceil(8);
+            let pass = ComputePass {
+                label: format!("{}, table", work.label),
+                pipeline: fog.scatter[&unlit.variant].clone(),
+                groups: vec![self.view_group(image, flat, flat, &table), group],
+                dispatch: Dispatch::Groups([side, side, 1]),
+            };
+            (pass, table)
+        };
+        let mut tables = Vec::new();
+        for work in self.work {
+            if work.table_size == 0 {
+                tables.push(None);
+                continue;
+            }
+            let (pass, table) = prepared(device, "a frame's table", || fill(work))?;
+            steps.push(Step::Compute(pass));
+            tables.push(Some(table));
+        }
+        Ok(tables)
+    }
+
+    /// What a pass over an image reads and writes of the view.
+    fn view_group(
+        &self,
+        image: &Image,
+        ray_ends: &wgpu::TextureView,
+        before: &wgpu::TextureView,
+        to: &wgpu::TextureView,
+    ) -> wgpu::BindGroup {
+        let entries = [
+            (0, image.uniform.as_entire_binding()),
+            (1, wgpu::BindingResource::TextureView(ray_ends)),
+            (2, wgpu::BindingResource::TextureView(before)),
+            (3, wgpu::BindingResource::TextureView(to)),
+            (4, wgpu::BindingResource::TextureView(self.grid)),
+        ]
+        .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource });
+        self.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("fog view"),
+            layout: &self.fog.layouts.view,
+            entries: &entries,
+        })
+    }
+
     /// The airlight of an image, light by light; which of the airlight textures holds the result.
     fn scatter(
         &self,
         image: &Image,
         targets: &Targets,
+        tables: &[Option<wgpu::TextureView>],
         steps: &mut Vec<Step>,
     ) -> Result<usize, PrepareError> {
         let (fog, device, frame) = (self.fog, self.device, self.frame);
@@ -167,7 +240,7 @@ impl ViewPasses<'_> {
             let ray_ends = view_of(&targets.ray_ends);
             let airlight = targets.airlight.each_ref().map(|texture| texture.as_ref().map(view_of));
             let mut done = 0;
-            for (work, faces) in self.work.iter().zip(&image.faces) {
+            for (index, (work, faces)) in self.work.iter().zip(&image.faces).enumerate() {
                 for &(first, end) in &work.parts {
                     let (to, before) = (done % 2, (done + 1) % 2);
                     let before = airlight[before].as_ref().filter(|_| done > 0);
@@ -177,23 +250,20 @@ impl ViewPasses<'_> {
                     light.face_scale = work.faces.map_or(1, |faces| faces.at_scale(image.scale).side());
                     (light.first_sample, light.end_sample) = (first, end);
                     light.adds = u32::from(done > 0);
-                    let (layouts, faces) = (&fog.layouts, faces.as_ref());
+                    let layouts = &fog.layouts;
+                    let textures = [faces.as_ref(), tables[index].as_ref()];
                     let pictures = self.pictures;
-                    let light_group =
-                        lights::group(device, layouts, &fog.stand_ins, frame, work, &light, pictures, faces);
-                    let entries = [
-                        (0, image.uniform.as_entire_binding()),
-                        (1, wgpu::BindingResource::TextureView(&ray_ends)),
-                        (2, wgpu::BindingResource::TextureView(before)),
-                        (3, wgpu::BindingResource::TextureView(to)),
-                        (4, wgpu::BindingResource::TextureView(self.grid)),
-                    ]
-                    .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource });
-                    let view_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
-                        label: Some("fog view"),
-                        layout: &layouts.view,
-                        entries: &entries,
-                    });
+                    let light_group = lights::group(
+                        device,
+                        layouts,
+                        &fog.stand_ins,
+                        frame,
+                        work,
+                        &light,
+                        pictures,
+                        textures,
+                    );
+                    let view_group = self.view_group(image, &ray_ends, before, to);
                     let mut groups = vec![view_group, light_group];
                     groups.extend(lights::bvh_group(device, layouts, frame, work));
                     steps.push(Step::Compute(ComputePass {

@@ -39,6 +39,10 @@ pub(crate) struct LightUniform {
     pub(crate) refine: u32,
     pub(crate) eye: [f32; 3],
     pub(crate) lit_samples: u32,
+    pub(crate) table_end: f32,
+    pub(crate) _pad0: f32,
+    pub(crate) _pad1: f32,
+    pub(crate) _pad2: f32,
     pub(crate) rows: [[f32; 4]; 4],
 }
 
@@ -166,7 +170,7 @@ mod tests {
         assert_eq!(span as usize, size_of::<LightUniform>());
         let ours = offsets!(LightUniform: to_light, cos_outer, axis, cos_inner, right, tan_outer, top, nearest_texel,
             power, map_height, center, radius, pixel, image, map_width, world, map_top, first_sample, end_sample,
-            samples, kernel, variance, outside, adds, face_scale, refine, eye, lit_samples, rows);
+            samples, kernel, variance, outside, adds, face_scale, refine, eye, lit_samples, table_end, _pad0, _pad1, _pad2, rows);
         assert_eq!(fields, ours);
     }
 

@@ -292,7 +292,7 @@ impl Surfaces {
             let stand_ins = &self.stand_ins;
             let (array, flat) = (&stand_ins.array, &stand_ins.flat);
             let picture = pictures[index].as_ref().unwrap_or(flat);
-            let textures = [array, array, array, picture, flat, &stand_ins.filtered];
+            let textures = [array, array, array, picture, flat, &stand_ins.filtered, flat];
             let bvh = lamp.shadows.and_then(|shadows| shadows.bvh()).unwrap_or(&self.no_bvh);
             let view = group(
                 "surfaces view",

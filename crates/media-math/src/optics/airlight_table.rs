@@ -9,7 +9,7 @@ use alloc::vec::Vec;
 
 use super::foot::Foot;
 use super::special::sun_f;
-use crate::{Real, TableError};
+use crate::{HomogeneousMedium, Real, TableError};
 
 /// How u is spread over a table's columns; w runs over [0, 1].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -221,10 +221,92 @@ impl<T: Real> FrameTable<T> {
     }
 }
 
+/// A per-frame table like [`FrameTable`] without its singularity: a better parametrisation of the same lookup.
+///
+/// Over the angle ψ at the light between the eye and the point at distance x,
+///
+/// ```text
+/// L(0, x) = κ_s I₀/(4π h) ∫₀^ψ e^(−κ_t(d + x)) dψ′ = κ_s I₀/(4π h) · ψ · M(γ, ψ/(π − γ))
+/// ```
+///
+/// M is a mean of exponentials between 0 and 1 for every ray, cos γ = ±1 included, and is what the table holds; ψ/h, which
+/// diverges, is computed. The last row is the ray without end. Short intervals still are differences of two such values.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AngleTable<T> {
+    light_distance: f64,
+    sigma_s: f64,
+    grid: Grid<T>,
+}
+
+impl<T: Real> AngleTable<T> {
+    /// A table of `size` × `size` entries over γ in [0, π] and all x ≥ 0, for a light `light_distance` metres from the
+    /// eye; coefficients in m⁻¹.
+    ///
+    /// # Errors
+    /// [`TableError::Size`] unless 2 ≤ `size` ≤ 16384.
+    pub fn new(size: usize, sigma_s: f64, sigma_t: f64, light_distance: f64) -> Result<Self, TableError> {
+        // with unit scattering, so that a medium that only absorbs has a table too
+        let medium =
+            HomogeneousMedium::with_extinction(1.0, sigma_t).map_err(|_| TableError::Size { size })?;
+        let grid = Grid::new(size, |column, row| {
+            // on the axis itself the angle is 0 or π at once: a little beside it the mean is the same
+            let gamma = (column * core::f64::consts::PI).clamp(1e-6, core::f64::consts::PI - 1e-6);
+            let foot = Foot { x_foot: light_distance * gamma.cos(), h: light_distance * gamma.sin() };
+            let psi = row * (core::f64::consts::PI - gamma);
+            // law of sines; at the last row the ray is parallel to the way from the light
+            let x = if row < 1.0 { light_distance * psi.sin() / (gamma + psi).sin() } else { f64::INFINITY };
+            if psi * light_distance < 1e-9 * light_distance {
+                return (-sigma_t * light_distance).exp();
+            }
+            let value = crate::airlight_isotropic(&medium, 1.0, &foot, 0.0, x);
+            value * 4.0 * core::f64::consts::PI * foot.h / psi
+        })?;
+        Ok(Self { light_distance, sigma_s, grid })
+    }
+
+    /// Airlight between distances `x0` and `x1` (m, the second may be infinite) of an isotropic medium, for the ray that
+    /// passes the light at `foot`.
+    pub fn airlight(&self, intensity: T, foot: &Foot<T>, x0: T, x1: T) -> T {
+        let (distance, h) = (T::lit(self.light_distance), foot.h);
+        let gamma = h.atan2(foot.x_foot);
+        let whole = T::PI() - gamma;
+        // ψ M at a distance
+        let at = |x: T| {
+            let psi = if x.is_finite() {
+                // |eye − light| is the same for all rays: h² + a₀ a(x) = d² − x x_f
+                (h * x).atan2(distance * distance - x * foot.x_foot)
+            } else {
+                whole
+            };
+            psi * self.grid.read(gamma / T::PI(), psi / whole, Interpolation::Bilinear)
+        };
+        T::lit(self.sigma_s) * intensity / (T::lit(4.0) * T::PI() * h) * (at(x1) - at(x0))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{HomogeneousMedium, airlight_isotropic};
+    use crate::airlight_isotropic;
+
+    #[test]
+    fn angle_table_is_right_next_to_the_axis_too() {
+        let medium = HomogeneousMedium::<f64>::new(0.05, 0.02).unwrap();
+        let table = AngleTable::<f64>::new(256, 0.05, 0.07, 5.0).unwrap();
+        let printed = FrameTable::<f64>::new(256, 0.05, 0.07, 5.0, 20.0).unwrap();
+        let (mut worst, mut worst_printed) = (0.0_f64, 0.0_f64);
+        for gamma in [1e-4_f64, 0.003, 0.05, 0.7, 1.5, 2.4, 3.1, 3.14] {
+            let foot = Foot { x_foot: 5.0 * gamma.cos(), h: 5.0 * gamma.sin() };
+            for (x0, x1) in [(0.0, 20.0), (1.0, 15.0), (0.0, f64::INFINITY), (2.0, 4.5)] {
+                let exact = airlight_isotropic(&medium, 3.0, &foot, x0, x1);
+                worst = worst.max((table.airlight(3.0, &foot, x0, x1) / exact - 1.0).abs());
+                let literal = printed.airlight(3.0, gamma.cos(), x0, x1.min(20.0));
+                worst_printed = worst_printed.max((literal / exact - 1.0).abs());
+            }
+        }
+        assert!(worst < 2e-3 && worst_printed > 50.0 * worst, "{worst} against {worst_printed}");
+        assert!(AngleTable::<f64>::new(1, 0.05, 0.07, 5.0).is_err());
+    }
 
     #[test]
     fn entries_map_onto_themselves() {
