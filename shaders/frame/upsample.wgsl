@@ -23,9 +23,12 @@ const DEPTH_TOLERANCE: f32 = 0.05;
 var<private> near_blocks: array<vec4f, 9>;
 var<private> far_blocks: array<vec4f, 9>;
 
+// Depths from here on are infinite: rays without end differ in the depth that ENDLESS stands for.
+const INFINITE: f32 = 1e29;
+
 // The difference of two depths as a share of the larger.
 fn difference(a: f32, b: f32) -> f32 {
-    return 1.0 - min(a, b) / max(max(a, b), 1e-30);
+    return 1.0 - min(min(a, b), INFINITE) / max(min(max(a, b), INFINITE), 1e-30);
 }
 
 @compute @workgroup_size(8, 8)

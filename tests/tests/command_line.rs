@@ -227,8 +227,22 @@ fn a_refusal_is_the_only_line() {
     desk.write("foggy.glb", foggy.bytes());
     let render = |rest: &str| format!("render {rest} --size 8x8 -o out/a.npy");
     all_right([
-        desk.misrefused(&render("bare.glb --technique hybrid"), "--technique"),
-        desk.misrefused(&render("bare.glb --against hybrid"), "--"),
+        desk.misrefused(&render("bare.glb --technique froxel"), "--technique"),
+        desk.misrefused(&render("bare.glb --against light-volume"), "--"),
+        desk.misrefused(&render("glowing.glb --technique hybrid"), "hybrid cannot take an emitting medium"),
+        desk.misrefused(
+            &render("foggy.glb --technique hybrid"),
+            "hybrid cannot take a heterogeneous density",
+        ),
+        desk.misrefused(&render("foggy.glb --against hybrid"), "--against"),
+        desk.misrefused(
+            &render("bare.glb --technique hybrid --model hoffman-preetham --point-light 0,2,0:9"),
+            "hybrid cannot take Hoffman",
+        ),
+        desk.misrefused(
+            &render("bare.glb --technique hybrid --visibility map --shadow-map 1 --map-surface linear"),
+            "--shadow-map",
+        ),
         desk.misrefused(&render("bare.glb --light-texture absent.png"), "absent.png"),
         desk.misrefused(&render("bare.glb --sigma-s 1 --technique froxel"), "--technique"),
         desk.misrefused(&render("noted.glb --camera nope"), "--camera"),
@@ -251,10 +265,33 @@ fn a_refusal_is_the_only_line() {
         ),
         desk.misrefused(&render("procedural:triangle --technique shared-grid --samples 5"), "--technique"),
         desk.misrefused(
-            &render("procedural:triangle --technique hybrid --map-surface linear"),
+            &render("procedural:triangle --technique light-volume --map-surface linear"),
             "--technique",
         ),
     ]);
+}
+
+#[test]
+fn the_hybrid_is_nearer_to_the_exact_picture_than_the_march() {
+    let desk = Desk::default();
+    let error = |technique: &str| {
+        let command = format!(
+            "render procedural:sphere -o out/a.npy --size 32x32 --airlight-only --technique {technique} --against exact"
+        );
+        let found: serde_json::Value = serde_json::from_str(&desk.done(&command).stdout).unwrap();
+        found["shadow_err"].as_f64().unwrap()
+    };
+    let march = error("brute-force --samples 64");
+    for rest in ["", " --visibility map --shadow-map 1024"] {
+        let hybrid = error(&format!("hybrid --samples 16{rest}"));
+        assert!(hybrid < 0.3 * march, "hybrid{rest} {hybrid}, march {march}");
+    }
+    // blocks of pixels are coarser, and still know where the shadows are
+    let (half, quarter) = (
+        error("hybrid --samples 16 --scattering-scale 2"),
+        error("hybrid --samples 16 --scattering-scale 4"),
+    );
+    assert!(half < 0.5 && quarter < 0.8 && half > 1e-4 && quarter > half, "{half} {quarter}");
 }
 
 #[test]

@@ -207,7 +207,7 @@ fn marches_by_shadow_rays_agree() {
 fn window(filter: TextureFilter) -> Arc<LightTexture> {
     let colour = |x: u32, y: u32| {
         let pane = (x / 5 + 3 * (y / 7)) % 5;
-        let lead = x % 5 == 0 || y % 7 == 0;
+        let lead = u32::is_multiple_of(x, 5) || u32::is_multiple_of(y, 7);
         if lead {
             [0.02; 3]
         } else {

@@ -1,34 +1,55 @@
 //! Ray-marched volumetric shadows, after Wyman and Ramsey, *Interactive Volumetric Shadows in Participating Media
 //! with Single-Scattering*, 2008.
 //!
-//! So far the crate holds the paper's baseline: [`BruteForce`], the march that asks for visibility at every step.
+//! [`Hybrid`] marches a view ray only between the frontmost and the backmost face of each light's shadow volume, and
+//! evaluates airlight in closed form over what it finds lit. What it needs is made in steps, each of use by itself:
+//!
+//! | step | type |
+//! | --- | --- |
+//! | a mesh, welded, with its edges: any triangles, open, non-manifold, duplicated, wound either way | [`Adjacency`] |
+//! | the edges between which light and shadow meet, for one light | [`Silhouette`] |
+//! | their extrusion away from the light, and its outermost faces on a ray | [`ShadowVolume`] |
+//! | the same for all pixels of a view, or conservatively for tiles of them | [`FaceBounds`] |
+//! | the march between them, boundaries bisected | [`Hybrid`] |
+//! | spots with pictures: three segments, mipmapped or blurred pictures | [`TexturedMarch`], [`LightMips`] |
+//! | airlight for blocks of pixels, and the way back by depth | [`LowResolution`] |
+//! | simpler occluders in place of complex ones | [`bounding_box`], [`cluster`], [`near_viewer`] |
+//!
+//! [`BruteForce`] is the baseline: the march that asks for visibility at every step of a light's whole extent, for every
+//! medium and light of the vocabulary.
 //!
 //! ```
 //! use glam::{DVec3, Vec3};
-//! use hybrid_march::{BruteForce, Occluders};
-//! use scene::{Aabb, AirlightModel, DRay, Light, LightId, Medium, PointLight, Visibility};
+//! use hybrid_march::{Adjacency, Hybrid, Occluders, ShadowVolume};
+//! use scene::{Aabb, AirlightModel, DRay, Interval, Light, LightId, Medium, PointLight, Visibility};
 //!
-//! /// A wall at x = 1 that shadows everything beyond it.
-//! struct Wall;
-//! impl Visibility for Wall {
+//! /// A square of 2 m at y = 2, below a lamp.
+//! struct Square;
+//! impl Visibility for Square {
 //!     fn visibility(&self, point: Vec3, _light: LightId) -> f32 {
-//!         if point.x > 1.0 { 0.0 } else { 1.0 }
+//!         // where the way to the lamp at (0, 4, 0) passes y = 2
+//!         let through = point * 2.0 / (4.0 - point.y);
+//!         if point.y < 2.0 && through.x.abs() < 1.0 && through.z.abs() < 1.0 { 0.0 } else { 1.0 }
 //!     }
 //! }
 //!
+//! let corner = |x, z| Vec3::new(x, 2.0, z);
+//! let (a, b, c, d) = (corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0));
+//! let mesh = Adjacency::new([[a, b, c], [a, c, d]])?;
+//! let lights = [Light::Point(PointLight::new(Vec3::new(0.0, 4.0, 0.0), Vec3::splat(10.0))?)];
+//! let volume = ShadowVolume::new(&mesh, &lights[0]);
+//!
+//! let ray = DRay { origin: DVec3::new(-9.0, 0.0, 0.0), direction: DVec3::X };
+//! let faces = volume.faces(&ray, Interval::new(0.0, f64::INFINITY));
+//! // in shadow from x = −2 to x = 2
+//! assert!(faces.is_some_and(|f| (f.start - 7.0).abs() < 1e-6 && (f.end - 11.0).abs() < 1e-6));
+//!
 //! let medium = Medium::homogeneous([0.1; 3], [0.0; 3])?;
-//! let lights = [Light::Point(PointLight::new(Vec3::new(0.0, 1.0, 0.0), Vec3::splat(10.0))?)];
-//! let bounds = Aabb { min: Vec3::new(1.0, -9.0, -9.0), max: Vec3::new(1.1, 9.0, 9.0) };
-//! let march = BruteForce {
-//!     medium: &medium,
-//!     lights: &lights,
-//!     occluders: Some(Occluders { visibility: &Wall, bounds }),
-//!     samples: 64,
-//!     model: AirlightModel::Sun,
-//! };
-//! let ray = DRay { origin: DVec3::new(-4.0, 0.0, 0.0), direction: DVec3::X };
-//! assert!(march.airlight(&ray, 8.0).airlight.x > 0.0);
-//! # Ok::<(), scene::SceneError>(())
+//! let occluders = Occluders { visibility: &Square, bounds: Aabb { min: a, max: c } };
+//! let hybrid = Hybrid::new(&medium, &lights, Some(occluders), 16, 6, AirlightModel::Sun)?;
+//! let marched = hybrid.airlight(&ray, 20.0, &[faces]);
+//! assert!(marched.airlight.x > 0.0 && marched.samples == 16);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
 mod adjacency;

@@ -295,7 +295,7 @@ mod tests {
         let table = AngleTable::<f64>::new(256, 0.05, 0.07, 5.0).unwrap();
         let printed = FrameTable::<f64>::new(256, 0.05, 0.07, 5.0, 20.0).unwrap();
         let (mut worst, mut worst_printed) = (0.0_f64, 0.0_f64);
-        for gamma in [1e-4_f64, 0.003, 0.05, 0.7, 1.5, 2.4, 3.1, 3.14] {
+        for gamma in [1e-4_f64, 0.003, 0.05, 0.7, 1.5, 2.4, 3.1, 3.1401] {
             let foot = Foot { x_foot: 5.0 * gamma.cos(), h: 5.0 * gamma.sin() };
             for (x0, x1) in [(0.0, 20.0), (1.0, 15.0), (0.0, f64::INFINITY), (2.0, 4.5)] {
                 let exact = airlight_isotropic(&medium, 3.0, &foot, x0, x1);
