@@ -278,7 +278,7 @@ fn the_hybrid_is_nearer_to_the_exact_picture_than_the_march() {
         let command = format!(
             "render procedural:sphere -o out/a.npy --size 32x32 --airlight-only --technique {technique} --against exact"
         );
-        let found: serde_json::Value = serde_json::from_str(&desk.done(&command).stdout).unwrap();
+        let found: Value = serde_json::from_str(&desk.done(&command).stdout).unwrap();
         found["shadow_err"].as_f64().unwrap()
     };
     let march = error("brute-force --samples 64");
