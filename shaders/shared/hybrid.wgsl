@@ -11,6 +11,9 @@
 #import steps
 #import frame_table
 
+// steps of equal length between the faces, instead of equal angle at a local light; endless rays have none
+override EQUAL_DISTANCE: bool = false;
+
 // How near to its end visibility is asked whether a ray ends in shadow, as a share of the ray.
 const BEFORE_END: f32 = 1e-6;
 
@@ -74,7 +77,7 @@ fn hybrid(pixel: vec2u) -> vec3f {
     let sight = sight_of(ray);
     let between = between_faces(ray, lamp.foot.foot, sight, piece, pixel);
     let marched = between.marched;
-    let steps = steps_of(lamp.foot.foot, marched, piece.y >= 1e29, LIGHT == DIRECTIONAL);
+    let steps = steps_of(lamp.foot.foot, marched, !EQUAL_DISTANCE || piece.y >= 1e29, LIGHT == DIRECTIONAL);
     let endless = marched.y >= 1e29;
     // after the steps: where the march ends, and the end of the ray
     let stops = select(light.samples, light.samples + select(1u, 2u, between.tail), between.covered || between.tail);

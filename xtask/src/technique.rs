@@ -120,7 +120,7 @@ pub(crate) struct HybridOptions {
 
 impl Default for HybridOptions {
     fn default() -> Self {
-        let (extruded, tile, refine) = (Extruded::Scene, 8, 6);
+        let (extruded, tile, refine) = (Extruded::Scene, 16, 6);
         Self {
             extruded,
             tile,

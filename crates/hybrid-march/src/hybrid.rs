@@ -43,7 +43,7 @@ pub struct Hybrid<'a> {
     /// Steps in each of the lit segments before and behind the faces, for spots that have no closed form along a ray:
     /// textured ones, and all in Hoffman and Preetham's model.
     pub lit_samples: u32,
-    /// Where the steps through such spots lie.
+    /// Where steps lie. Endless rays have no steps of equal length, and directional lights none of equal angle.
     pub placement: Placement,
     /// The picture of each light at every size, by its index; `None`, or no entry, to read it at each step's middle.
     pub mips: &'a [Option<LightMips>],
@@ -191,7 +191,8 @@ impl<'a> Hybrid<'a> {
         if let Some(marched) = between.marched {
             walk.seen_at = marched.start;
             // on an endless ray the backmost face may be so far that steps of equal length would pass all else
-            for step in aspect.steps(marched, self.samples, piece.end.is_infinite()) {
+            let angles = self.placement == Placement::EqualAngle || piece.end.is_infinite();
+            for step in aspect.steps(marched, self.samples, angles) {
                 walk.sum.samples += 1;
                 let visibility = walk.visibility(step.middle);
                 walk.step_to(step.middle, visibility, step.start, self.refine);

@@ -184,7 +184,7 @@ pub struct Hybrid {
     /// Steps in each of the lit segments before and behind the faces, for spots whose intensity has no closed form
     /// along the ray: textured ones, and all in Hoffman and Preetham's model.
     pub lit_samples: u32,
-    /// Where those and the steps between lie for such spots.
+    /// Where steps lie. Endless rays have no steps of equal length, and directional lights none of equal angle.
     pub placement: Placement,
     /// How the picture of a spot is read.
     pub picture: LightPicture,
@@ -202,7 +202,7 @@ pub struct Hybrid {
 }
 
 impl Default for Hybrid {
-    /// 48 steps, 24 in light, of equal angle; mips; faces by tiles of 8 pixels; 6 bisections.
+    /// 48 steps, 24 in light, of equal angle; mips; faces by tiles of 16 pixels; 6 bisections.
     fn default() -> Self {
         Self {
             samples: 48,
@@ -210,7 +210,7 @@ impl Default for Hybrid {
             placement: Placement::EqualAngle,
             picture: LightPicture::Mips { blur: 0.0 },
             lookup: Lookup::Nearest,
-            faces: Faces::Tiles(8),
+            faces: Faces::Tiles(16),
             refine: 6,
             partial: false,
             form: AirlightForm::Interval,

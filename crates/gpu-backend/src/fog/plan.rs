@@ -104,10 +104,12 @@ impl Variant {
         if matches!(self.shader, Shader::Hybrid | Shader::HybridTextured | Shader::FrameTable) {
             constants.push(("TABLE", f64::from(self.table)));
         }
+        if matches!(self.shader, Shader::Hybrid | Shader::HybridTextured) {
+            constants.push(("EQUAL_DISTANCE", flag(self.equal_distance)));
+        }
         if self.shader == Shader::HybridTextured {
             constants.extend([
                 ("HOFFMAN_PREETHAM", flag(self.hoffman_preetham)),
-                ("EQUAL_DISTANCE", flag(self.equal_distance)),
                 ("MIPS", flag(self.mips)),
                 ("PARTIAL", flag(self.partial)),
             ]);
@@ -267,7 +269,7 @@ fn of_lamp(frame: &Frame<'_>, index: usize, lamp: &Lamp<'_>) -> Result<Work, Ref
             let (table, table_size) = table_of(frame, lamp.light, &hybrid, textured);
             let variant = Variant {
                 lookup,
-                equal_distance: textured && hybrid.placement == Placement::EqualDistance,
+                equal_distance: hybrid.placement == Placement::EqualDistance,
                 mips: textured && hybrid.picture.blur().is_some(),
                 partial: textured && hybrid.partial,
                 table,

@@ -26,11 +26,12 @@ pub enum Faces {
 }
 
 impl Faces {
-    /// The same for an image whose pixels are `scale` pixels wide: tiles shrink as their pixels grow.
+    /// The same for an image whose pixels are `scale` pixels wide: tiles shrink as their pixels grow, but not below
+    /// what pays, since there are fewer pixels to save steps in.
     pub(crate) fn at_scale(self, scale: u32) -> Self {
         match self {
             Self::Pixels => Self::Pixels,
-            Self::Tiles(side) => Self::Tiles((side / scale).max(1)),
+            Self::Tiles(side) => Self::Tiles((side / scale).max(side.min(8)).max(1)),
         }
     }
 
