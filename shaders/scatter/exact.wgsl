@@ -6,12 +6,7 @@
 #import piece
 #import traversal
 
-@compute @workgroup_size(64)
-fn main(@builtin(workgroup_id) tile: vec3u, @builtin(local_invocation_index) index: u32) {
-    let pixel = pixel_of(tile.xy, index);
-    if any(pixel >= view.size) {
-        return;
-    }
+fn exact(pixel: vec2u) -> vec3f {
     let ray = view_ray(pixel);
     let end = textureLoad(ray_ends, pixel, 0).r;
     let lamp = lamp_of(ray);
@@ -19,26 +14,39 @@ fn main(@builtin(workgroup_id) tile: vec3u, @builtin(local_invocation_index) ind
     if LIGHT == SPOT {
         piece = cone_piece(lamp.foot, light.axis, ray.direction, light.cos_outer * light.cos_outer, piece);
     }
+    if !SHADOWED {
+        return piece_airlight(lamp, piece.x, piece.y);
+    }
     var radiance = vec3f();
-    if SHADOWED {
-        let path = map_path(ray);
-        loop {
-            walk(path, piece);
-            let kept = min(found - dealt_with, KEPT);
-            for (var i = 0u; i < kept; i++) {
-                radiance += piece_airlight(lamp, pieces[i].x, pieces[i].y);
-            }
-            dealt_with += kept;
-            if dealt_with >= found {
-                break;
-            }
+    let path = map_path(ray);
+    loop {
+        walk(path, piece);
+        let kept = min(found - dealt_with, KEPT);
+        for (var i = 0u; i < kept; i++) {
+            radiance += piece_airlight(lamp, pieces[i].x, pieces[i].y);
         }
-    } else {
-        radiance = piece_airlight(lamp, piece.x, piece.y);
+        dealt_with += kept;
+        if dealt_with >= found {
+            break;
+        }
     }
-    var sum = vec4f(radiance, 0.0);
-    if light.adds == 1u {
-        sum += textureLoad(before, pixel, 0);
+    return radiance;
+}
+
+@compute @workgroup_size(64)
+fn main(@builtin(workgroup_id) tile: vec3u, @builtin(local_invocation_index) index: u32) {
+    let pixel = pixel_of(tile.xy, index);
+    if any(pixel >= view.size) {
+        return;
     }
-    textureStore(scattered, pixel, sum);
+    var radiance = vec3f();
+    // a loop, since some drivers execute both sides of every branch
+    loop {
+        if !is_wanted(pixel) {
+            break;
+        }
+        radiance = exact(pixel);
+        break;
+    }
+    add_radiance(pixel, radiance);
 }

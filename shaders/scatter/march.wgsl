@@ -10,9 +10,14 @@ fn main(@builtin(workgroup_id) tile: vec3u, @builtin(local_invocation_index) ind
     if any(pixel >= view.size) {
         return;
     }
-    var sum = vec4f(march(pixel), 0.0);
-    if light.adds == 1u {
-        sum += textureLoad(before, pixel, 0);
+    var radiance = vec3f();
+    // a loop, since some drivers execute both sides of every branch
+    loop {
+        if !is_wanted(pixel) {
+            break;
+        }
+        radiance = march(pixel);
+        break;
     }
-    textureStore(scattered, pixel, sum);
+    add_radiance(pixel, radiance);
 }

@@ -44,3 +44,22 @@ fn pixel_of(tile: vec2u, index: u32) -> vec2u {
     let y = ((index >> 1u) & 1u) | ((index >> 2u) & 2u) | ((index >> 3u) & 4u);
     return tile * 8u + vec2u(x, y);
 }
+
+// Whether a pixel's airlight is asked for: all of them, or those that were left over at a lower resolution.
+fn is_wanted(pixel: vec2u) -> bool {
+    return light.adds < REFINES || textureLoad(before, pixel, 0).a > 0.0;
+}
+
+// Adds a light's radiance to that of the lights before. What was not asked for keeps what it has.
+fn add_radiance(pixel: vec2u, radiance: vec3f) {
+    var sum = vec4f(radiance, 0.0);
+    if light.adds == ADDS {
+        sum += textureLoad(before, pixel, 0);
+    } else if light.adds >= REFINES {
+        let kept = textureLoad(before, pixel, 0);
+        let wanted = kept.a > 0.0;
+        let refined = radiance + select(vec3f(), kept.rgb, light.adds == REFINES_FURTHER);
+        sum = vec4f(select(kept.rgb, refined, wanted), kept.a);
+    }
+    textureStore(scattered, pixel, sum);
+}

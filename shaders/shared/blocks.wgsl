@@ -7,7 +7,7 @@
 
 struct Blocks {
     scale: u32, // side of a block; units: pixels
-    _pad0: u32,
+    refines: u32, // 1 where pixels at depth edges are computed anew
     _pad1: u32,
     _pad2: u32,
 }

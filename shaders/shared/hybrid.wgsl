@@ -14,6 +14,9 @@
 // steps of equal length between the faces, instead of equal angle at a local light; endless rays have none
 override EQUAL_DISTANCE: bool = false;
 
+// How far behind its start visibility is asked whether a ray starts in shadow, as a share of the ray.
+const BEHIND_START: f32 = 1e-4;
+
 // How near to its end visibility is asked whether a ray ends in shadow, as a share of the ray.
 const BEFORE_END: f32 = 1e-6;
 
@@ -27,7 +30,7 @@ const LEAST_TAIL: u32 = 8u;
 struct Between {
     marched: vec2f, // units: m
     covered: bool,  // whether anything may be shadowed
-    first: f32,     // visibility where the piece starts
+    first: f32,     // visibility just behind where the piece starts
     last: f32,      // visibility where the march ends
     tail: bool,     // whether the ray is lit behind the faces and dark at its end
 }
@@ -43,7 +46,9 @@ fn between_faces(ray: ViewRay, foot: Foot, sight: Sight, piece: vec2f, pixel: ve
     // behind the backmost face nothing changes before the surface that ends the ray: so it is asked halfway, where no
     // rounding answers, nor the texel of a map beside it
     let behind = share_at(steps_of(foot, vec2f(back, piece.y), false, LIGHT == DIRECTIONAL), 0.5);
-    let asked = vec3f(piece.x, behind, piece.y - BEFORE_END * (piece.y - piece.x));
+    // not at the eye: there all rays would get one answer, and a wrong one where it lies on a face or in line with an edge
+    let inside = share_at(steps_of(foot, piece, false, LIGHT == DIRECTIONAL), BEHIND_START);
+    let asked = vec3f(inside, behind, piece.y - BEFORE_END * (piece.y - piece.x));
     var seen = vec3f(1.0);
     for (var k = 0; k < 3; k++) {
         if (k == 1 && !found) || (k == 2 && endless) {

@@ -10,6 +10,12 @@ const POINT: u32 = 0u;
 const SPOT: u32 = 1u;
 const DIRECTIONAL: u32 = 2u;
 
+// It is added to; or it is kept but where its alpha says that a pixel is to be computed anew, by the first light and by
+// those that add to it.
+const ADDS: u32 = 1u;
+const REFINES: u32 = 2u;
+const REFINES_FURTHER: u32 = 3u;
+
 // Vectors in the camera's basis, from the eye, unless marked otherwise.
 struct Light {
     to_light: vec3f,     // units: m
@@ -35,7 +41,7 @@ struct Light {
     kernel: u32,         // width of a filtered lookup; units: texels
     variance: vec4f,     // of a variance map: depth of 1 (m), least variance, bleed reduction, unused
     outside: u32,        // 1 where what the map does not see is lit
-    adds: u32,           // 1 where the result is added to what the texture before holds
+    adds: u32,           // what becomes of what the texture before holds, see below
     face_scale: u32,     // pixels a side for which the faces of a shadow volume are kept
     refine: u32,         // bisections of a boundary that a march has found
     eye: vec3f,          // where the view is taken from; world axes and origin; units: m

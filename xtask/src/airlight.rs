@@ -107,8 +107,22 @@ impl Stage<'_> {
             });
             layers.push(layer.into_iter().map(|value| value.as_vec3()).collect::<Vec<_>>());
         }
-        let picture = low.upsample(camera, &full, [&ends[0], &ends[1]], [&layers[0], &layers[1]]);
-        Ok(picture.map_err(Failure::program)?.into_iter().map(|value| value.as_dvec3()).collect())
+        let low_ends = [&ends[0][..], &ends[1][..]];
+        let picture =
+            low.upsample(camera, &full, low_ends, [&layers[0], &layers[1]]).map_err(Failure::program)?;
+        if !self.options.anew_at_edges {
+            return Ok(picture.into_iter().map(|value| value.as_dvec3()).collect());
+        }
+        let edges = low.edges(camera, &full, low_ends).map_err(Failure::program)?;
+        Ok(render_rows(size, &|_| (), |x, y| {
+            let index = y as usize * size.0 as usize + x as usize;
+            if edges[index] {
+                let end = self.rays.end(index, self.options.max_distance);
+                pixel(x, y, &camera.pixel_ray(x, y, size), end)
+            } else {
+                picture[index].as_dvec3()
+            }
+        }))
     }
 
     /// Closed forms and quadrature over the pieces that the reference's shadows leave.

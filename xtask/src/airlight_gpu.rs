@@ -135,6 +135,7 @@ impl<'a> GpuFrame<'a> {
             model: setup.model,
             technique: self.technique,
             scattering_scale: self.scale,
+            anew_at_edges: self.stage.options.anew_at_edges,
         };
         self.fog.prepare(&self.gpu.device, &self.gpu.queue, &frame).map_err(Failure::input)
     }

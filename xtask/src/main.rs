@@ -24,6 +24,7 @@ mod report;
 mod repro;
 mod scene_args;
 mod setups;
+mod stained_glass;
 mod surfaces;
 mod surfaces_gpu;
 mod technique;

@@ -82,6 +82,10 @@ pub(crate) struct Wyman {
     pub(crate) no_shadows: f64,
     pub(crate) brute_full: f64,
     pub(crate) brute_quarter: f64,
+    pub(crate) hybrid_full: f64,
+    pub(crate) hybrid_quarter: f64,
+    pub(crate) textured_full: f64,
+    pub(crate) textured_quarter: f64,
 }
 
 #[derive(Debug, Clone, Deserialize)]

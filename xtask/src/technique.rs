@@ -159,6 +159,8 @@ pub(crate) struct Options {
     pub(crate) samples: Option<u32>,
     /// Pixels along the side of the blocks for which airlight is computed.
     pub(crate) scattering_scale: u32,
+    /// Whether pixels at depth edges are computed anew there.
+    pub(crate) anew_at_edges: bool,
     /// How the hybrid finds and refines its bounds.
     pub(crate) hybrid: HybridOptions,
     /// What techniques that march ask.
@@ -177,6 +179,7 @@ impl Options {
             max_distance: f64::INFINITY,
             samples: None,
             scattering_scale: 1,
+            anew_at_edges: false,
             hybrid: HybridOptions::default(),
             visibility: VisibilitySource::default(),
             map: MapOptions::default(),

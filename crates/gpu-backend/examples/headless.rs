@@ -37,6 +37,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         model: AirlightModel::Sun,
         technique: Technique::ExactShadowMap { surface: MapSurface::Step },
         scattering_scale: 1,
+        anew_at_edges: false,
     };
     fog.prepare(&gpu.device, &gpu.queue, &frame)?;
     fog.encode(&mut encoder);

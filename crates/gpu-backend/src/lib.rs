@@ -25,6 +25,7 @@
 //!     model: AirlightModel::Sun,
 //!     technique: Technique::ExactShadowMap { surface: MapSurface::Step },
 //!     scattering_scale: 1,
+//!     anew_at_edges: false,
 //! })?;
 //! let mut encoder = gpu.device.create_command_encoder(&Default::default());
 //! fog.encode(&mut encoder);

@@ -239,6 +239,7 @@ fn what_stands_still_is_drawn_converted_and_refined_once() {
             model: AirlightModel::Sun,
             technique,
             scattering_scale: 1,
+            anew_at_edges: false,
         };
         let picture = render(&gpu, fog, &frame);
         let count = |name: &str| fog.stats().passes.iter().filter(|pass| pass.contains(name)).count();

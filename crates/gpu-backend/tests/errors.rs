@@ -76,6 +76,7 @@ impl Parts<'_> {
             model: self.model,
             technique: self.technique,
             scattering_scale: 1,
+            anew_at_edges: false,
         })
     }
 

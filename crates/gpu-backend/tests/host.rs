@@ -321,6 +321,7 @@ fn surfaces_are_attenuated_and_airlight_is_added() {
                 model: AirlightModel::Sun,
                 technique,
                 scattering_scale: 1,
+                anew_at_edges: false,
             };
             map.touch();
             fog.prepare(&host.device, &host.queue, &frame).unwrap();
@@ -444,6 +445,7 @@ fn frames_may_be_encoded_before_others_are_submitted() {
         model: AirlightModel::Sun,
         technique: Technique::ExactShadowMap { surface: MapSurface::Step },
         scattering_scale: 1,
+        anew_at_edges: false,
     };
     let mut commands = Vec::new();
     for _ in 0..3 {

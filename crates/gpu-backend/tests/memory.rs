@@ -37,6 +37,7 @@ fn memory_does_not_grow() {
                 model: AirlightModel::Sun,
                 technique: Technique::ExactShadowMap { surface: MapSurface::Step },
                 scattering_scale: 1,
+                anew_at_edges: false,
             };
             map.touch();
             fog.prepare(&gpu.device, &gpu.queue, &frame).unwrap();

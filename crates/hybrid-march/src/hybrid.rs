@@ -25,6 +25,9 @@ use crate::textured::{Placement, TexturedMarch};
 /// must not answer.
 const BEFORE_END: f64 = 1e-6;
 
+/// How far behind its start a ray is asked whether it starts in shadow, as a share of the ray.
+const BEHIND_START: f64 = 1e-4;
+
 /// Bisections, at least, of the boundary behind the faces of a ray that ends in shadow.
 const LEAST_TAIL: u32 = 8;
 
@@ -212,7 +215,7 @@ impl<'a> Hybrid<'a> {
 struct Between {
     /// Where steps are taken; `None` if nothing may be shadowed.
     marched: Option<Interval>,
-    /// Visibility where the piece starts.
+    /// Visibility just behind where the piece starts.
     first: f32,
     /// Visibility where the march ends, if it is known.
     last: Option<f32>,
@@ -243,8 +246,7 @@ impl Walk<'_, '_> {
     }
 
     fn between(&mut self, piece: Interval, faces: Option<Interval>) -> Between {
-        let mut between =
-            Between { marched: None, first: self.visibility(piece.start), last: None, tail: None };
+        let mut between = Between { marched: None, first: self.at_start(piece), last: None, tail: None };
         // of a part of the casters faces say nothing; without occluders nothing is shadowed, whatever they say
         let faces = if self.hybrid.partial { Some(piece) } else { faces };
         let Some(faces) = faces.filter(|_| self.hybrid.occluders.is_some()) else {
@@ -264,6 +266,15 @@ impl Walk<'_, '_> {
         between.last = if goes_on { at_end } else { Some(1.0) };
         between.tail = at_end.filter(|&seen| !goes_on && seen < 1.0);
         between
+    }
+
+    /// What is seen just behind the start of the ray. Not at the eye: there all rays would get one answer, and a wrong one
+    /// where it lies on a face or in line with an edge.
+    fn at_start(&mut self, piece: Interval) -> f32 {
+        // the middle of the first of so many steps
+        let step = self.aspect.steps(piece, (0.5 / BEHIND_START) as u32, false).next();
+        let x = step.map_or(piece.start, |step| step.middle);
+        self.visibility(x)
     }
 
     /// Whether the ray is dark behind its faces, so that the march goes on to its end, and what is seen just before a

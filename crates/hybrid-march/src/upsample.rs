@@ -36,6 +36,15 @@ const SAME_DEPTH: f64 = 0.02;
 /// Share of a depth at which the depth weight has fallen to a quarter.
 const DEPTH_TOLERANCE: f64 = 0.05;
 
+/// Difference of depths, in units of [`DEPTH_TOLERANCE`], and ratio of a block's two depths from which on there is an edge
+/// and no slope.
+const EDGE: f64 = 2.0;
+const LAYERS_APART: f64 = 1.25;
+
+/// Pixels beside which an edge counts, up to two away.
+const AROUND: [(i32, i32); 12] =
+    [(1, 0), (-1, 0), (0, 1), (0, -1), (2, 0), (-2, 0), (0, 2), (0, -2), (1, 1), (-1, 1), (1, -1), (-1, -1)];
+
 /// Largest scale: wider blocks than this have nothing to do with their pixels any more.
 const MAX_SCALE: u32 = 64;
 
@@ -157,6 +166,57 @@ impl LowResolution {
         Ok(picture)
     }
 
+    /// Which pixels lie beside a depth edge, where the airlight of either side may change within a block: they are best
+    /// computed by themselves. One a pixel, row-major.
+    ///
+    /// # Errors
+    /// As [`LowResolution::upsample`].
+    pub fn edges(
+        &self,
+        camera: &Camera,
+        full_ends: &[f32],
+        low_ends: [&[f32]; 2],
+    ) -> Result<Vec<bool>, LowResolutionError> {
+        check("full_ends", full_ends.len(), self.size)?;
+        check("low_ends", low_ends[0].len(), self.low_size())?;
+        check("low_ends", low_ends[1].len(), self.low_size())?;
+        let black = vec![Vec3::ZERO; low_ends[0].len()];
+        let mut edges = vec![false; full_ends.len()];
+        for (x, y) in grid(self.low_size()) {
+            let around = self.around(camera, low_ends, [&black, &black], x, y);
+            for (px, py) in self.pixels(x, y) {
+                let depth = self.depth(camera, full_ends, px, py);
+                let pixel = pixel_center(px, py);
+                edges[px as usize + self.size.0 as usize * py as usize] = self.beside_edge(full_ends, px, py)
+                    && around.iter().flatten().any(|block| {
+                        let [near, far] = block.depths;
+                        let apart = difference(depth, near).min(difference(depth, far));
+                        self.place(pixel, block) > 0.0
+                            && (apart > EDGE * DEPTH_TOLERANCE || far > LAYERS_APART * near)
+                    });
+            }
+        }
+        Ok(edges)
+    }
+
+    /// Whether the rays around a pixel, up to two pixels away, end at other distances.
+    fn beside_edge(&self, full_ends: &[f32], x: u32, y: u32) -> bool {
+        let end = |x: u32, y: u32| f64::from(full_ends[x as usize + self.size.0 as usize * y as usize]);
+        AROUND.iter().any(|&(dx, dy)| {
+            let (Some(ax), Some(ay)) = (x.checked_add_signed(dx), y.checked_add_signed(dy)) else {
+                return false;
+            };
+            let inside = ax < self.size.0 && ay < self.size.1;
+            inside && difference(end(x, y), end(ax, ay)) > EDGE * DEPTH_TOLERANCE
+        })
+    }
+
+    /// The weight of a block by its place.
+    fn place(&self, pixel: DVec2, block: &Block) -> f64 {
+        let away = ((pixel - block.center) / f64::from(self.scale)).abs();
+        (1.0 - away.x).max(0.0) * (1.0 - away.y).max(0.0)
+    }
+
     /// The 3 × 3 blocks around one, without those outside the picture.
     fn around(
         &self,
@@ -187,8 +247,7 @@ impl LowResolution {
     fn blend<'b>(&self, blocks: impl Iterator<Item = &'b Block>, pixel: DVec2, depth: f64) -> DVec3 {
         let (mut sum, mut weights) = (DVec3::ZERO, 0.0);
         for block in blocks {
-            let away = ((pixel - block.center) / f64::from(self.scale)).abs();
-            let place = (1.0 - away.x).max(0.0) * (1.0 - away.y).max(0.0);
+            let place = self.place(pixel, block);
             if place == 0.0 {
                 continue;
             }
@@ -378,6 +437,23 @@ mod tests {
         let got = run(&low, &full, |x, y, _| value(x, y));
         assert!(grid(size).zip(got).all(|((x, y), pixel)| pixel == value(x, y)));
         assert!(low.low_ray(&camera(), 3, 2) == camera().pixel_ray(3, 2, size));
+    }
+
+    #[test]
+    fn edges_are_found_on_both_sides_and_nowhere_else() {
+        let (camera, size) = (camera(), (24, 18));
+        let low = LowResolution::new(size, 4).unwrap();
+        // an edge between blocks, and one through the middle of blocks
+        for edge in [8, 10] {
+            let full = ends_at(|x, _| if x < edge { 2.0 } else { 9.0 }, &camera, size);
+            let [near, far] = low.ends(&camera, &full).unwrap();
+            let edges = low.edges(&camera, &full, [&near, &far]).unwrap();
+            for ((x, y), found) in grid(size).zip(edges) {
+                let away = if x < edge { edge - 1 - x } else { x - edge };
+                assert!(found || away >= 2, "{x}, {y}, edge at {edge}");
+                assert!(!found || away < 6, "{x}, {y}, edge at {edge}");
+            }
+        }
     }
 
     #[test]

@@ -10,9 +10,24 @@ use crate::report::data::{Adapter, Experiment};
 use crate::setups::Setups;
 
 mod airlight_accuracy;
+mod contest;
 mod equal_error;
+mod hard_case_list;
+mod hard_cases;
 mod map_traversal;
 mod shadow_rays;
+mod shots;
+mod wyman_bench;
+mod wyman_boundary;
+mod wyman_exact_times;
+mod wyman_fig1;
+mod wyman_fig4;
+mod wyman_fig5;
+mod wyman_fig6;
+mod wyman_fig7;
+mod wyman_fig7_options;
+mod wyman_fig8;
+mod wyman_placements;
 mod wyman_table1;
 
 /// How much is computed.
@@ -68,6 +83,11 @@ pub(crate) const ALL: &[Entry] = &[
         run: airlight_accuracy::run,
     },
     Entry {
+        id: "hard-cases",
+        about: "numerical stability: every technique on the scenes on which techniques fail first",
+        run: hard_cases::run,
+    },
+    Entry {
         id: "map-traversal",
         about: "exact traversal of a shadow map against the honest march on the same map, on the GPU",
         run: map_traversal::run,
@@ -78,8 +98,38 @@ pub(crate) const ALL: &[Entry] = &[
         run: shadow_rays::run,
     },
     Entry {
+        id: "wyman-fig4",
+        about: "Wyman & Ramsey 2008, Figure 4: where the steps of a march lie, and what neighbours share of its error",
+        run: wyman_fig4::run,
+    },
+    Entry {
+        id: "wyman-fig5",
+        about: "Wyman & Ramsey 2008, Figure 5: marching at equal samples, equal cost and equal quality",
+        run: wyman_fig5::run,
+    },
+    Entry {
+        id: "wyman-fig6",
+        about: "Wyman & Ramsey 2008, Figure 6: error and time against samples per ray under a textured spot",
+        run: wyman_fig6::run,
+    },
+    Entry {
+        id: "wyman-fig7",
+        about: "Wyman & Ramsey 2008, Figure 7: scenes of several depth complexities, options for complex ones",
+        run: wyman_fig7::run,
+    },
+    Entry {
+        id: "wyman-fig8",
+        about: "Wyman & Ramsey 2008, Figure 8: the hybrid against ground truth",
+        run: wyman_fig8::run,
+    },
+    Entry {
+        id: "wyman-fig1",
+        about: "Wyman & Ramsey 2008, Figure 1: pictures by the hybrid, surfaces included",
+        run: wyman_fig1::run,
+    },
+    Entry {
         id: "wyman-table1",
-        about: "Wyman & Ramsey 2008, Table 1: no shadows and brute force against exact, on the CPU",
+        about: "Wyman & Ramsey 2008, Table 1: brute force against the hybrid, at equal samples and at equal error",
         run: wyman_table1::run,
     },
 ];

@@ -62,6 +62,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             model: AirlightModel::Sun,
             technique: Technique::ExactShadowMap { surface: MapSurface::Step },
             scattering_scale: 1,
+            anew_at_edges: false,
         },
     )?;
 

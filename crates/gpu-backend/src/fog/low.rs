@@ -16,7 +16,7 @@ pub(crate) const MOST_SCALE: u32 = 64;
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 struct Blocks {
     scale: u32,
-    _pad0: u32,
+    refines: u32,
     _pad1: u32,
     _pad2: u32,
 }
@@ -57,7 +57,7 @@ impl LowPasses {
         full: &Targets,
         low: &[Targets],
     ) -> ComputePass {
-        let blocks = uniform_of(device, scale);
+        let blocks = uniform_of(device, scale, false);
         let views: Vec<_> = std::iter::once(full).chain(low).map(|t| view_of(&t.ray_ends)).collect();
         ComputePass {
             label: "downsample".into(),
@@ -67,7 +67,8 @@ impl LowPasses {
         }
     }
 
-    /// Spreads both layers' airlight, in the textures of number `result`, over the picture's first airlight texture.
+    /// Spreads both layers' airlight, in the textures of number `result`, over the picture's first airlight texture, and
+    /// says of pixels at depth edges whether they are to be computed anew.
     pub(super) fn up(
         &self,
         device: &wgpu::Device,
@@ -76,8 +77,9 @@ impl LowPasses {
         full: &Targets,
         low: &[Targets],
         result: usize,
+        refines: bool,
     ) -> ComputePass {
-        let blocks = uniform_of(device, scale);
+        let blocks = uniform_of(device, scale, refines);
         let ends = std::iter::once(full).chain(low).map(|targets| view_of(&targets.ray_ends));
         let layers = low.iter().filter_map(|targets| targets.airlight[result].as_ref()).map(view_of);
         let output = full.airlight[0].iter().map(view_of);
@@ -95,8 +97,8 @@ fn view_of(texture: &wgpu::Texture) -> wgpu::TextureView {
     texture.create_view(&wgpu::TextureViewDescriptor::default())
 }
 
-fn uniform_of(device: &wgpu::Device, scale: u32) -> wgpu::Buffer {
-    let blocks = Blocks { scale, ..Blocks::zeroed() };
+fn uniform_of(device: &wgpu::Device, scale: u32, refines: bool) -> wgpu::Buffer {
+    let blocks = Blocks { scale, refines: refines.into(), ..Blocks::zeroed() };
     filled_buffer(device, "blocks", bytemuck::bytes_of(&blocks), wgpu::BufferUsages::UNIFORM)
 }
 
@@ -133,7 +135,7 @@ mod tests {
         for pass in ["frame/downsample", "frame/upsample"] {
             let (fields, span) = wgsl_struct(pass, "Blocks");
             assert_eq!(span as usize, size_of::<Blocks>());
-            assert_eq!(fields, offsets!(Blocks: scale, _pad0, _pad1, _pad2));
+            assert_eq!(fields, offsets!(Blocks: scale, refines, _pad1, _pad2));
         }
     }
 }

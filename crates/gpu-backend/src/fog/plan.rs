@@ -407,6 +407,7 @@ mod tests {
             model: AirlightModel::Sun,
             technique,
             scattering_scale: 1,
+            anew_at_edges: false,
         })
     }
 

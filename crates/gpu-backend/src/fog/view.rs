@@ -9,7 +9,11 @@ use crate::layout::{Basis, ImagePlane, ViewUniform};
 use crate::pass::{ComputePass, Dispatch, Step};
 use crate::volume::FaceTarget;
 use crate::write_texture::write_texture;
-use crate::{FrameStats, PrepareError};
+use crate::{Faces, FrameStats, PrepareError};
+
+/// What becomes of what was there before, as the shaders know it: `shaders/shared/light.wgsl`.
+const REFINES: u32 = 2;
+const REFINES_FURTHER: u32 = 3;
 
 /// What a view's passes are made from.
 pub(super) struct ViewPasses<'a> {
@@ -30,6 +34,8 @@ struct Image {
     uniform: wgpu::Buffer,
     /// Pixels of the view along the side of a pixel of the image.
     scale: u32,
+    /// The same for the image that faces were found for.
+    faces_scale: u32,
     /// Faces of the shadow volume of each piece of work that has one.
     faces: Vec<Option<wgpu::TextureView>>,
 }
@@ -50,7 +56,17 @@ impl ViewPasses<'_> {
         let mut targets = self.targets(old, self.view.size)?;
         let dispatches: usize = self.work.iter().map(|work| work.parts.len()).sum();
         let layers = dispatches.clamp(1, 2);
-        targets.reserve(self.device, if scale == 1 { layers } else { 1 })?;
+        let refines = scale > 1 && self.frame.anew_at_edges && self.can_refine();
+        targets.reserve(
+            self.device,
+            if refines {
+                2
+            } else if scale == 1 {
+                layers
+            } else {
+                1
+            },
+        )?;
         let mut image = self.image(ImagePlane::new(self.view.camera, self.view.size), 1)?;
         self.find_ends(&image, &targets, steps)?;
         let (low, result) = match &self.fog.low {
@@ -67,18 +83,25 @@ impl ViewPasses<'_> {
                 let tables = self.fill_tables(&coarse, steps)?;
                 let mut result = 0;
                 for layer in &low {
-                    result = self.scatter(&coarse, layer, &tables, steps)?;
+                    result = self.scatter(&coarse, layer, &tables, false, steps)?;
                 }
-                let up =
-                    prepared(device, "a view", || passes.up(device, uniform, scale, &targets, &low, result))?;
+                let up = prepared(device, "a view", || {
+                    passes.up(device, uniform, scale, &targets, &low, result, refines)
+                })?;
                 steps.push(Step::Compute(up));
                 self.count(coarse.plane.size, 2, stats);
-                (low, 0)
+                let mut result = 0;
+                if refines {
+                    (image.faces, image.faces_scale) = (coarse.faces, scale);
+                    result = self.scatter(&image, &targets, &tables, true, steps)?;
+                    self.count(image.plane.size, 1, stats);
+                }
+                (low, result)
             }
             _ => {
                 self.find_faces(&mut image, steps)?;
                 let tables = self.fill_tables(&image, steps)?;
-                let result = self.scatter(&image, &targets, &tables, steps)?;
+                let result = self.scatter(&image, &targets, &tables, false, steps)?;
                 self.count(self.view.size, 1, stats);
                 (Vec::new(), result)
             }
@@ -103,6 +126,14 @@ impl ViewPasses<'_> {
         }
     }
 
+    /// Whether pixels at depth edges can be computed by themselves: not where alpha holds the way of a march so far, nor
+    /// where faces are those of the blocks' own rays.
+    fn can_refine(&self) -> bool {
+        let fits =
+            |work: &Work| work.variant.shader != Shader::MarchVarying && work.faces != Some(Faces::Pixels);
+        !self.work.is_empty() && self.work.iter().all(fits)
+    }
+
     fn image(&self, plane: ImagePlane, scale: u32) -> Result<Image, PrepareError> {
         let View { camera, max_distance, .. } = self.view;
         let uniform = ViewUniform::new(camera, &plane, *max_distance, self.frame.medium);
@@ -110,7 +141,14 @@ impl ViewPasses<'_> {
             let bytes = bytemuck::bytes_of(&uniform);
             filled_buffer(self.device, "fog view", bytes, wgpu::BufferUsages::UNIFORM)
         })?;
-        Ok(Image { plane, basis: Basis::new(camera, &plane), uniform, scale, faces: Vec::new() })
+        Ok(Image {
+            plane,
+            basis: Basis::new(camera, &plane),
+            uniform,
+            scale,
+            faces_scale: scale,
+            faces: Vec::new(),
+        })
     }
 
     /// Where the rays of all pixels end.
@@ -226,12 +264,14 @@ impl ViewPasses<'_> {
         })
     }
 
-    /// The airlight of an image, light by light; which of the airlight textures holds the result.
+    /// The airlight of an image, light by light; which of the airlight textures holds the result. With `refines` that of
+    /// the pixels alone which the first texture says are to be computed anew.
     fn scatter(
         &self,
         image: &Image,
         targets: &Targets,
         tables: &[Option<wgpu::TextureView>],
+        refines: bool,
         steps: &mut Vec<Step>,
     ) -> Result<usize, PrepareError> {
         let (fog, device, frame) = (self.fog, self.device, self.frame);
@@ -239,7 +279,8 @@ impl ViewPasses<'_> {
         prepared(device, "a view", || {
             let ray_ends = view_of(&targets.ray_ends);
             let airlight = targets.airlight.each_ref().map(|texture| texture.as_ref().map(view_of));
-            let mut done = 0;
+            let first_dispatch = usize::from(refines);
+            let mut done = first_dispatch;
             for (index, (work, faces)) in self.work.iter().zip(&image.faces).enumerate() {
                 for &(first, end) in &work.parts {
                     let (to, before) = (done % 2, (done + 1) % 2);
@@ -247,9 +288,15 @@ impl ViewPasses<'_> {
                     let before = before.unwrap_or(&fog.stand_ins.flat);
                     let Some(to) = &airlight[to] else { continue };
                     let mut light = lights::uniform(device, frame, work, &image.basis);
-                    light.face_scale = work.faces.map_or(1, |faces| faces.at_scale(image.scale).side());
+                    let wider = image.faces_scale / image.scale;
+                    light.face_scale =
+                        work.faces.map_or(1, |faces| faces.at_scale(image.faces_scale).side() * wider);
                     (light.first_sample, light.end_sample) = (first, end);
-                    light.adds = u32::from(done > 0);
+                    light.adds = match (refines, done > first_dispatch) {
+                        (false, adds) => u32::from(adds),
+                        (true, false) => REFINES,
+                        (true, true) => REFINES_FURTHER,
+                    };
                     let layouts = &fog.layouts;
                     let textures = [faces.as_ref(), tables[index].as_ref()];
                     let pictures = self.pictures;

@@ -167,6 +167,7 @@ impl Stage {
             model,
             technique,
             scattering_scale: 1,
+            anew_at_edges: false,
         };
         render(gpu, fog, &frame)
     }

@@ -1,0 +1,453 @@
+//! `hard-cases`: every technique on every scene on which techniques fail first.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use rayon::prelude::*;
+use scene::Bvh;
+use serde_json::json;
+
+use super::equal_error::median;
+use super::hard_case_list::{Case, Weight, cases};
+use super::shots::{device_notes, image, narrow};
+use super::{Context, Preset, experiment, gpu_or_cpu};
+use crate::airlight::Stage;
+use crate::airlight_gpu::{GpuFrame, lacks};
+use crate::failure::{Failure, Outcome};
+use crate::image_file::Image;
+use crate::maps::{MapOptions, MapSurface, Maps};
+use crate::metrics::{self, Metrics};
+use crate::report::data::{Bound, Check, Row};
+use crate::report::table::{Column, Table};
+use crate::report::{self, Section};
+use crate::scene_args::Setup;
+use crate::technique::{self, HybridOptions, Options, Technique, VisibilitySource};
+use crate::view_rays::ViewRays;
+
+/// Frames after which a median counts.
+const WARM_FRAMES: usize = 5;
+
+/// Steps of both marches.
+const SAMPLES: u32 = 48;
+
+/// How much greater the hybrid's error may be than that of a march of as many steps, before the case is named: this
+/// many times, and so much of what shadows change.
+const WORSE: (f64, f64) = (2.0, 0.01);
+
+/// What is compared.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Way {
+    Traversal,
+    Hybrid,
+    PlainHybrid,
+    March,
+    HybridByRays,
+    MarchByRays,
+}
+
+impl Way {
+    const ALL: [Self; 6] = [
+        Self::Traversal,
+        Self::Hybrid,
+        Self::PlainHybrid,
+        Self::March,
+        Self::HybridByRays,
+        Self::MarchByRays,
+    ];
+
+    /// Those for which there is time: compiling their shaders takes half a second a case and technique in software.
+    fn of(preset: Preset) -> &'static [Self] {
+        match preset {
+            Preset::Smoke => &[Self::Hybrid, Self::PlainHybrid, Self::March],
+            Preset::Quick => &[Self::Traversal, Self::Hybrid, Self::PlainHybrid, Self::March],
+            Preset::Standard | Preset::Paper => &Self::ALL,
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Traversal => "exact-shadow-map",
+            Self::Hybrid => "hybrid",
+            Self::PlainHybrid => "hybrid, not refined, faces by pixel",
+            Self::March => "brute force",
+            Self::HybridByRays => "hybrid, shadow rays",
+            Self::MarchByRays => "brute force, shadow rays",
+        }
+    }
+
+    fn technique(self) -> Technique {
+        match self {
+            Self::Traversal => Technique::ExactShadowMap,
+            Self::Hybrid | Self::PlainHybrid | Self::HybridByRays => Technique::Hybrid,
+            Self::March | Self::MarchByRays => Technique::BruteForce,
+        }
+    }
+
+    fn reads_map(self) -> bool {
+        !matches!(self, Self::HybridByRays | Self::MarchByRays)
+    }
+
+    fn options(self, base: Options) -> Options {
+        let samples = Some(SAMPLES);
+        let visibility = if self.reads_map() { VisibilitySource::Map } else { VisibilitySource::Bvh };
+        let plain = HybridOptions { tile: 1, refine: 0, ..base.hybrid };
+        let hybrid = if self == Self::PlainHybrid { plain } else { base.hybrid };
+        Options { samples, visibility, hybrid, ..base }
+    }
+}
+
+/// What became of one technique on one case.
+enum Cell {
+    Measured(Box<Measured>),
+    Refused(String),
+    Panicked(String),
+}
+
+struct Measured {
+    ms: f64,
+    /// Why the CPU had to do it, if it did beside a GPU.
+    not_on_gpu: Option<String>,
+    on_gpu: bool,
+    on_map: Metrics,
+    on_geometry: Metrics,
+    negative: u64,
+}
+
+impl Cell {
+    fn measured(&self) -> Option<&Measured> {
+        if let Self::Measured(measured) = self { Some(measured) } else { None }
+    }
+
+    fn not_finite(&self) -> u64 {
+        self.measured().map_or(0, |m| m.on_map.nan + m.on_geometry.nan)
+    }
+
+    fn text(&self, reads_map: bool) -> String {
+        match self {
+            Self::Refused(text) => format!("refused: {text}"),
+            Self::Panicked(text) => format!("PANIC: {text}"),
+            Self::Measured(m) if self.not_finite() > 0 => format!("NOT FINITE, {}", report::time(m.ms)),
+            Self::Measured(m) => {
+                let mut text = format!(
+                    "{}, shadow {}",
+                    report::error(m.on_geometry.rel_rmse),
+                    report::error(m.on_geometry.shadow_err)
+                );
+                if reads_map {
+                    text += &format!(", map {}", report::error(m.on_map.shadow_err));
+                }
+                let place = if m.on_gpu { "" } else { " CPU" };
+                format!("{text}; {}{place}", report::time(m.ms))
+            }
+        }
+    }
+}
+
+/// A case with all its cells.
+struct Done {
+    name: String,
+    triangles: u64,
+    cells: Vec<(Way, Cell)>,
+    /// What the GPU says to a frame of it that it cannot hold.
+    gpu_refusal: Option<String>,
+    lights: usize,
+}
+
+impl Done {
+    fn of(&self, column: Way) -> Option<&Measured> {
+        self.cells.iter().find(|(c, _)| *c == column).and_then(|(_, cell)| cell.measured())
+    }
+
+    /// The hybrid's error and the march's in words, where the former is much the greater.
+    fn worse(&self, hybrid: Way, march: Way) -> Option<String> {
+        let error = |column: Way| {
+            let m = self.of(column)?;
+            if column.reads_map() { m.on_map.shadow_err } else { m.on_geometry.shadow_err }
+        };
+        let geometry = |way: Way| report::error(self.of(way).and_then(|m| m.on_geometry.shadow_err));
+        let (ours, theirs) = (error(hybrid)?, error(march)?);
+        let mut text = format!("{}: {} against {}", self.name, report::error(ours), report::error(theirs));
+        if hybrid.reads_map() {
+            text += &format!(" on the map, {} against {} on the geometry", geometry(hybrid), geometry(march));
+        }
+        (ours.is_finite() && ours > WORSE.0 * theirs + WORSE.1).then_some(text)
+    }
+}
+
+pub(super) fn run(context: &Context) -> Outcome<Section> {
+    // odd, so that one pixel looks exactly where the camera does
+    let (side, map, most) = match context.preset {
+        Preset::Smoke => (17, 128, Weight::Always),
+        Preset::Quick => (33, 512, Weight::Usual),
+        Preset::Standard => (65, 1024, Weight::Large),
+        Preset::Paper => (129, 1024, Weight::Large),
+    };
+    let mut found = experiment(
+        context,
+        "hard-cases",
+        "Scenes on which techniques fail first",
+        "what the papers leave out",
+    );
+    found.adapter = gpu_or_cpu(context);
+    let mut all = Vec::new();
+    for case in cases().iter().filter(|case| case.weight <= most) {
+        tracing::info!("{}", case.name);
+        all.push(measure(context, case, side, map)?);
+    }
+    let mut section = Section::default();
+    section.tables.push(table(&all));
+    found.rows = all.iter().flat_map(rows).collect();
+    found.checks = checks(context, &all);
+    found.notes = notes(context, side, map);
+    section.experiment = found;
+    Ok(section)
+}
+
+/// What a call returns, or the text of its panic.
+fn caught<T>(call: impl FnOnce() -> T) -> Result<T, String> {
+    catch_unwind(AssertUnwindSafe(call)).map_err(|payload| {
+        let text = payload.downcast_ref::<&str>().map(|text| (*text).to_owned());
+        text.or_else(|| payload.downcast_ref::<String>().cloned()).unwrap_or_else(|| "without a word".into())
+    })
+}
+
+struct References {
+    exact: Image,
+    on_map: Image,
+    open: Image,
+}
+
+fn measure(context: &Context, case: &Case, side: u32, map: u32) -> Outcome<Done> {
+    let setup = (case.build)()?;
+    let bvh = Bvh::build(&setup.scene).map_err(Failure::program)?;
+    let base = Options {
+        airlight_only: true,
+        visibility: VisibilitySource::Map,
+        map: MapOptions { side: map, surface: MapSurface::Step },
+        ..Options::new((side, side))
+    };
+    let rays = ViewRays::trace(&setup.camera, &bvh, base.size);
+    let maps = Maps::draw(&setup, &base.map)?;
+    let none = Maps::none(setup.lights.len());
+    let open = Options { shadows_in_medium: false, ..base };
+    let tick = |_: u64| ();
+    let stage = |options, maps| Stage { setup: &setup, bvh: &bvh, options, rays: &rays, maps, tick: &tick };
+    let picture = |technique, options, maps| -> Outcome<Image> {
+        Ok(image(side, narrow(&stage(options, maps).run(technique)?)))
+    };
+    let references = References {
+        exact: picture(Technique::Exact, &base, &maps)?,
+        on_map: picture(Technique::ExactShadowMap, &base, &maps)?,
+        open: picture(Technique::Exact, &open, &none)?,
+    };
+    let all: Vec<(Way, Options)> =
+        Way::of(context.preset).iter().map(|way| (*way, way.options(base))).collect();
+    let stages: Vec<Stage<'_>> =
+        all.iter().map(|(c, options)| stage(options, if c.reads_map() { &maps } else { &none })).collect();
+    let cells = run_cells(context, &setup, &all, &stages, &references)?;
+    let gpu_refusal = match &context.gpu {
+        Some(gpu) if lacks(&setup, Technique::BruteForce).is_some() => stages.first().and_then(|stage| {
+            caught(|| GpuFrame::new(gpu, stage, Technique::BruteForce).err().map(|f| f.to_string()))
+                .unwrap_or_else(|text| Some(format!("PANIC: {text}")))
+        }),
+        _ => None,
+    };
+    Ok(Done {
+        name: case.name.clone(),
+        triangles: setup.scene.triangle_count() as u64,
+        cells,
+        gpu_refusal,
+        lights: setup.lights.len(),
+    })
+}
+
+/// A technique that is ready to render one frame after the other.
+enum Runner<'a> {
+    Gpu(Box<GpuFrame<'a>>),
+    Cpu(&'a Stage<'a>, Technique),
+}
+
+impl Runner<'_> {
+    fn time(&mut self) -> Outcome<f64> {
+        match self {
+            Self::Gpu(frame) => Ok(frame.render(true)?.ms),
+            Self::Cpu(stage, technique) => Ok(stage.run(*technique)?.ms),
+        }
+    }
+}
+
+/// A ready technique with its first picture.
+type Ready<'a> = (Runner<'a>, Vec<[f32; 3]>);
+
+/// One technique: why it is not on the GPU, and what came of making it ready, or the text of its panic.
+type Prepared<'a> = (Way, Option<String>, Result<Outcome<Ready<'a>>, String>);
+
+fn run_cells<'a>(
+    context: &'a Context,
+    setup: &Setup,
+    all: &[(Way, Options)],
+    stages: &'a [Stage<'a>],
+    references: &References,
+) -> Outcome<Vec<(Way, Cell)>> {
+    let side = references.exact.width;
+    // compiling takes most of the time, so all are prepared side by side, and timed in turns afterwards
+    let prepare = |((column, _), stage): (&(Way, Options), &'a Stage<'a>)| -> Prepared<'a> {
+        let technique = column.technique();
+        let not_on_gpu = context.gpu.as_ref().and_then(|_| lacks(setup, technique));
+        let gpu = context.gpu.as_ref().filter(|_| not_on_gpu.is_none());
+        let start = caught(|| -> Outcome<Ready<'a>> {
+            technique::check(setup, technique, "--technique")?;
+            match gpu {
+                Some(gpu) => {
+                    let mut frame = GpuFrame::new(gpu, stage, technique)?;
+                    frame.render(true)?;
+                    let pixels = frame.read()?;
+                    Ok((Runner::Gpu(Box::new(frame)), pixels))
+                }
+                None => Ok((Runner::Cpu(stage, technique), narrow(&stage.run(technique)?))),
+            }
+        });
+        (*column, not_on_gpu, start)
+    };
+    let mut ready: Vec<Prepared<'a>> = all.par_iter().zip(stages).map(prepare).collect();
+    let mut times: Vec<Vec<f64>> = vec![Vec::new(); ready.len()];
+    for _ in 0..WARM_FRAMES {
+        for ((_, _, start), times) in ready.iter_mut().zip(&mut times) {
+            if let Ok(Ok((runner, _))) = start {
+                times.push(runner.time()?);
+            }
+        }
+    }
+    let mut cells = Vec::new();
+    for ((column, not_on_gpu, start), mut times) in ready.into_iter().zip(times) {
+        let cell = match start {
+            Err(text) => Cell::Panicked(text),
+            Ok(Err(failure)) => Cell::Refused(failure.to_string()),
+            Ok(Ok((runner, pixels))) => {
+                times.sort_by(f64::total_cmp);
+                let image = image(side, pixels);
+                let compare = |reference| metrics::compare(&image, reference, Some(&references.open), None);
+                Cell::Measured(Box::new(Measured {
+                    ms: median(&times).unwrap_or(f64::NAN),
+                    on_gpu: matches!(runner, Runner::Gpu(_)),
+                    not_on_gpu,
+                    on_map: compare(&references.on_map)?,
+                    on_geometry: compare(&references.exact)?,
+                    negative: image.pixels.iter().flatten().filter(|value| **value < 0.0).count() as u64,
+                }))
+            }
+        };
+        cells.push((column, cell));
+    }
+    Ok(cells)
+}
+
+fn rows(done: &Done) -> impl Iterator<Item = Row> + '_ {
+    done.cells.iter().map(|(column, cell)| {
+        let mut row = Row::new(&done.name, column.name());
+        row.triangles = Some(done.triangles);
+        row.params.insert("lights".into(), json!(done.lights));
+        match cell {
+            Cell::Measured(m) => {
+                row.ms_scatter = Some(m.ms);
+                row.ms_frame = Some(m.ms);
+                row.frames = Some(WARM_FRAMES as u32);
+                row.set_errors(&m.on_geometry);
+                if column.reads_map() {
+                    row.shadow_err_map = m.on_map.shadow_err;
+                    row.map_surface = Some("step".into());
+                }
+                row.params.insert("backend".into(), json!(if m.on_gpu { "gpu" } else { "cpu" }));
+                row.params.insert("not finite".into(), json!(cell.not_finite()));
+                if let Some(why) = &m.not_on_gpu {
+                    row.params.insert("not on the gpu".into(), json!(why));
+                }
+            }
+            Cell::Refused(text) => _ = row.params.insert("refused".into(), json!(text)),
+            Cell::Panicked(text) => _ = row.params.insert("panic".into(), json!(text)),
+        }
+        row
+    })
+}
+
+fn table(all: &[Done]) -> Table {
+    let mut columns = vec![Column::left("case")];
+    let ways = all.first().map_or(&[][..], |done| &done.cells);
+    columns.extend(ways.iter().map(|(way, _)| Column::left(way.name())));
+    columns.push(Column::left("the GPU says"));
+    let mut table = Table::new("Every case", columns);
+    for done in all {
+        let mut line = vec![done.name.clone()];
+        line.extend(done.cells.iter().map(|(column, cell)| cell.text(column.reads_map())));
+        line.push(done.gpu_refusal.clone().unwrap_or_default());
+        table.push(line);
+    }
+    table.note = Some(format!(
+        "In a cell: relative RMSE and shadow error against the exact picture of the geometry; map error against the exact picture of the same map; time. Both marches take {SAMPLES} steps. A shadow error of ∞ stands where shadows change nothing and so nothing can be a share of it. What a map cannot resolve, every technique that reads it misses alike: the columns with shadow rays read none."
+    ));
+    table.without_empty_columns()
+}
+
+fn checks(context: &Context, all: &[Done]) -> Vec<Check> {
+    let cells = || all.iter().flat_map(|done| done.cells.iter().map(move |(c, cell)| (done, c, cell)));
+    let named = |bad: &dyn Fn(&Cell) -> bool| -> (f64, Option<String>) {
+        let names: Vec<String> = cells()
+            .filter(|(_, _, cell)| bad(cell))
+            .map(|(done, column, _)| format!("{} by {}", done.name, column.name()))
+            .collect();
+        (names.len() as f64, (!names.is_empty()).then(|| names.join("; ")))
+    };
+    let none = |claim: &str, bad: &dyn Fn(&Cell) -> bool| {
+        let (count, note) = named(bad);
+        let mut check =
+            Check::new(claim, "every input that makes sense has a picture", Some(count), Bound::AtMost, 0.0);
+        check.note = note;
+        check
+    };
+    let mut checks = vec![
+        none("cells with values that are not finite", &|cell| cell.not_finite() > 0),
+        none("cells that panic", &|cell| matches!(cell, Cell::Panicked(_))),
+        none("cells with negative radiance", &|cell| cell.measured().is_some_and(|m| m.negative > 0)),
+        none("cells that are refused", &|cell| matches!(cell, Cell::Refused(_))),
+    ];
+    for (hybrid, march) in
+        [(Way::Hybrid, Way::March), (Way::PlainHybrid, Way::March), (Way::HybridByRays, Way::MarchByRays)]
+    {
+        if all.iter().all(|done| done.of(hybrid).is_none() || done.of(march).is_none()) {
+            continue;
+        }
+        let worse: Vec<String> = all.iter().filter_map(|done| done.worse(hybrid, march)).collect();
+        let claim = format!(
+            "cases in which the error of {} is more than {} times that of {} at as many samples, and {} more",
+            hybrid.name(),
+            WORSE.0,
+            march.name(),
+            report::error(WORSE.1)
+        );
+        let count = Some(worse.len() as f64);
+        let mut check =
+            Check::new(claim, "§4: higher quality for equivalent sampling", count, Bound::AtMost, 0.0);
+        check.note = (!worse.is_empty()).then(|| worse.join("; "));
+        checks.push(check);
+    }
+    let refusal = all.iter().find(|done| done.lights == 9).and_then(|done| done.gpu_refusal.clone());
+    let typed = refusal.as_ref().map(|text| f64::from(u8::from(!text.starts_with("PANIC"))));
+    let mut check = Check::new(
+        "nine lights on the GPU are refused in words",
+        "a clear error where the input makes no sense",
+        context.gpu.as_ref().and(typed),
+        Bound::AtLeast,
+        1.0,
+    );
+    check.note = refusal;
+    checks.push(check);
+    checks
+}
+
+fn notes(context: &Context, side: u32, map: u32) -> Vec<String> {
+    let mut notes = vec![
+        format!("Pictures are {side}×{side}, an odd side, so that the middle pixel looks exactly where the camera does; maps are {map}²."),
+        "On the GPU wherever it takes a case, else on the CPU, which the cell says. Silhouettes and pyramids are made anew in every frame.".into(),
+    ];
+    notes.extend(device_notes(context));
+    notes
+}
