@@ -42,7 +42,8 @@ fn between_faces(ray: ViewRay, foot: Foot, sight: Sight, piece: vec2f, pixel: ve
     // a drawn back face is stored with its sign turned
     let backmost = select(ray.length / max(abs(kept.y), 1e-30), ENDLESS, kept.y == 0.0);
     let front = clamp(ray.length / max(kept.x, 1e-30), piece.x, piece.y);
-    let back = clamp(backmost, piece.x, piece.y);
+    // without faces nothing changes along the ray: it is asked in its middle
+    let back = select(piece.x, clamp(backmost, piece.x, piece.y), found);
     // behind the backmost face nothing changes before the surface that ends the ray: so it is asked halfway, where no
     // rounding answers, nor the texel of a map beside it
     let behind = share_at(steps_of(foot, vec2f(back, piece.y), false, LIGHT == DIRECTIONAL), 0.5);
@@ -51,13 +52,14 @@ fn between_faces(ray: ViewRay, foot: Foot, sight: Sight, piece: vec2f, pixel: ve
     let asked = vec3f(inside, behind, piece.y - BEFORE_END * (piece.y - piece.x));
     var seen = vec3f(1.0);
     for (var k = 0; k < 3; k++) {
-        if (k == 1 && !found) || (k == 2 && endless) {
+        if k == 2 && endless {
             continue;
         }
         seen[k] = visibility_at(sight, asked[k]);
     }
     let starts_dark = seen.x < 1.0;
-    let covered = found || starts_dark;
+    // a shadow ray may slip through between two triangles: one answer does not decide a ray
+    let covered = found || starts_dark || seen.y < 1.0;
     let on = covered && (!found || seen.y < 1.0);
     // a face of an endless ray may be thousands of scenes away: behind this depth no light is left
     let last_back = select(back, min(back, MARCH_DEPTH / view.least_extinction), endless);

@@ -5,6 +5,7 @@
 
 use std::sync::Arc;
 
+use gpu_backend::AirlightForm;
 use hybrid_march::Placement;
 use scene::{AirlightModel, Bvh, Light};
 
@@ -125,7 +126,17 @@ fn hybrid_name(samples: u32, way: Way, scale: u32) -> String {
     format!("hybrid, {samples} samples, {}{}", way.name(), at(scale))
 }
 
+fn anew_name() -> String {
+    format!("{}, edges anew", hybrid_name(HYBRID, Way::Bisected, LOW))
+}
+
 const NO_SHADOWS: &str = "no shadows";
+
+/// Ways to compute a lit piece's airlight that are measured beside the interval form.
+const FORMS: [(&str, AirlightForm); 2] = [
+    ("a frame's table of F′ as printed, 256²", AirlightForm::FrameTable { size: 256 }),
+    ("a frame's table over angles, 256²", AirlightForm::AngleTable { size: 256 }),
+];
 
 /// A scene under one light, measured.
 struct Case {
@@ -149,6 +160,8 @@ struct Low {
     flip: f64,
     near_edges: f64,
     elsewhere: f64,
+    /// Error near edges over the error elsewhere where pixels at edges are computed anew.
+    anew: Option<f64>,
 }
 
 impl Case {
@@ -330,6 +343,9 @@ fn settings(base: Options, plan: &Plan, light: &str) -> Vec<Setting> {
     for way in [Way::Paper, Way::Bisected] {
         all.extend([hybrid(HYBRID, way, 1), hybrid(HYBRID, way, LOW)]);
     }
+    let low = hybrid(HYBRID, Way::Bisected, LOW);
+    let options = Options { anew_at_edges: true, ..low.options };
+    all.push(Setting { name: anew_name(), options, still: false, ..low });
     if textured {
         return all;
     }
@@ -344,6 +360,13 @@ fn settings(base: Options, plan: &Plan, light: &str) -> Vec<Setting> {
     if !swept {
         return all;
     }
+    // per-frame tables are the GPU's alone
+    all.extend(FORMS.iter().map(|(name, form)| {
+        let plain = hybrid(HYBRID, Way::Bisected, 1);
+        let hybrid = HybridOptions { form: *form, ..plain.options.hybrid };
+        let options = Options { hybrid, ..plain.options };
+        Setting { name: format!("{}, {name}", plain.name), options, still: false, ..plain }
+    }));
     all.extend(plan.brute.iter().filter(|&&n| n != BRUTE).map(|&n| brute(n, 1)));
     all.extend(plan.hybrid.iter().map(|&n| hybrid(n, Way::Tiles, 1)));
     all.extend(plan.hybrid.iter().filter(|&&n| n != HYBRID).map(|&n| hybrid(n, Way::Bisected, 1)));
@@ -387,7 +410,10 @@ fn measure(
         (Some(full), Some(low)) => {
             let (near_edges, elsewhere) = rms_at_edges(&low.image, &full.image, &arena.rays.ends);
             let flip = metrics::compare(&low.image, &full.image, None, None)?.flip;
-            Some(Low { flip, near_edges, elsewhere })
+            let anew = results.iter().find(|result| result.setting.name == anew_name());
+            let anew = anew.map(|anew| rms_at_edges(&anew.image, &full.image, &arena.rays.ends));
+            let anew = anew.map(|(near_edges, elsewhere)| near_edges / elsewhere);
+            Some(Low { flip, near_edges, elsewhere, anew })
         }
         _ => None,
     };

@@ -206,5 +206,19 @@ fn low_resolution(cases: &[Case]) -> Vec<Check> {
         ),
         list(&edges),
     ));
+    let anew = sorted(cases.iter().map(|case| (case.title(), case.low.as_ref().and_then(|low| low.anew))));
+    let full = sorted(cases.iter().map(|case| {
+        (case.title(), Case::ratio(case.hybrid(Way::Bisected, 1), case.find(&super::anew_name())))
+    }));
+    checks.push(with_note(
+        Check::new(
+            "the same where pixels at depth edges are computed anew, worst",
+            "no such option",
+            anew.last().map(|(_, ratio)| *ratio),
+            Bound::AtMost,
+            2.0,
+        ),
+        format!("{}; times less time than full: {}", list(&anew), list(&full)),
+    ));
     checks
 }
