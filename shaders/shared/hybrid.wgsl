@@ -14,11 +14,18 @@
 // steps of equal length between the faces, instead of equal angle at a local light; endless rays have none
 override EQUAL_DISTANCE: bool = false;
 
-// How far behind its start visibility is asked whether a ray starts in shadow, as a share of the ray.
+// How far behind its start visibility is asked whether a ray without faces starts in shadow, as a share of the ray.
 const BEHIND_START: f32 = 1e-4;
 
 // How near to its end visibility is asked whether a ray ends in shadow, as a share of the ray.
 const BEFORE_END: f32 = 1e-6;
+
+// Lookups of a ray, at most, of which bisections take what the steps leave: some drivers cut all loops of a group of threads
+// together at 65,535 trips, and a shadow ray takes many.
+override MOST_LOOKUPS: u32 = 30000u;
+
+// Lookups before the first step.
+const FIRST_LOOKUPS: u32 = 3u;
 
 // Optical depth behind which no step is taken on an endless ray.
 const MARCH_DEPTH: f32 = 16.0;
@@ -47,8 +54,12 @@ fn between_faces(ray: ViewRay, foot: Foot, sight: Sight, piece: vec2f, pixel: ve
     // behind the backmost face nothing changes before the surface that ends the ray: so it is asked halfway, where no
     // rounding answers, nor the texel of a map beside it
     let behind = share_at(steps_of(foot, vec2f(back, piece.y), false, LIGHT == DIRECTIONAL), 0.5);
-    // not at the eye: there all rays would get one answer, and a wrong one where it lies on a face or in line with an edge
-    let inside = share_at(steps_of(foot, piece, false, LIGHT == DIRECTIONAL), BEHIND_START);
+    // before the frontmost face nothing changes either. Not at the eye: there all rays would get one answer, and a wrong one
+    // where it lies on a face or in line with an edge
+    let ahead = vec2f(piece.x, select(piece.y, front, found));
+    let inside = share_at(
+        steps_of(foot, ahead, false, LIGHT == DIRECTIONAL), select(BEHIND_START, 0.5, found),
+    );
     let asked = vec3f(inside, behind, piece.y - BEFORE_END * (piece.y - piece.x));
     var seen = vec3f(1.0);
     for (var k = 0; k < 3; k++) {
@@ -94,6 +105,7 @@ fn hybrid(pixel: vec2u) -> vec3f {
     var i = select(light.samples, 0u, between.covered);
     var state = between.first;
     var start = piece.x;
+    var lookups = FIRST_LOOKUPS + light.samples;
     // where the state was last seen
     var before = select(piece.x, marched.x, between.covered);
     loop {
@@ -141,6 +153,8 @@ fn hybrid(pixel: vec2u) -> vec3f {
                 i++;
             }
             if seen != state {
+                bisections = min(bisections, MOST_LOOKUPS - min(lookups, MOST_LOOKUPS));
+                lookups += bisections;
                 var low = before;
                 var high = x;
                 for (var k = 0u; k < bisections; k++) {

@@ -50,7 +50,7 @@ fn the_hybrids_pictures_are_those_of_the_cpu() {
     let spot = "--spot-light 0,3,0.5:0,0,0:30:40:80";
     for technique in [
         "--samples 800 --visibility map".to_owned(),
-        "--samples 800 --visibility bvh".to_owned(),
+        format!("--samples 200 --visibility bvh {spot}"),
         format!("--samples 800 --visibility map --map-surface linear {spot}"),
         "--samples 800 --visibility map --scattering-scale 4 --unshadowed".to_owned(),
         format!("--samples 200 --visibility map --model hoffman-preetham {spot}"),
@@ -108,6 +108,10 @@ fn what_the_gpu_lacks_is_refused_there_and_done_elsewhere() {
         desk.misrefused(
             &format!("render {SCENE} -o out/x.npy --backend gpu --technique hybrid --samples 9000"),
             "8192",
+        ),
+        desk.misrefused(
+            &format!("render {SCENE} -o out/x.npy --backend gpu --technique hybrid --visibility bvh --samples 400"),
+            "samples with shadow rays",
         ),
         desk.misrefused(
             "render procedural:slats --size 4x4 --shadow-map 16384 -o out/x.npy --technique exact-shadow-map",

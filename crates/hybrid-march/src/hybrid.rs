@@ -25,7 +25,7 @@ use crate::textured::{Placement, TexturedMarch};
 /// must not answer.
 const BEFORE_END: f64 = 1e-6;
 
-/// How far behind its start a ray is asked whether it starts in shadow, as a share of the ray.
+/// How far behind its start a ray without faces is asked whether it starts in shadow, as a share of the ray.
 const BEHIND_START: f64 = 1e-4;
 
 /// Bisections, at least, of the boundary behind the faces of a ray that ends in shadow.
@@ -246,10 +246,13 @@ impl Walk<'_, '_> {
     }
 
     fn between(&mut self, piece: Interval, faces: Option<Interval>) -> Between {
-        let mut between = Between { marched: None, first: self.at_start(piece), last: None, tail: None };
         // of a part of the casters faces say nothing; without occluders nothing is shadowed, whatever they say
         let faces = if self.hybrid.partial { Some(piece) } else { faces };
-        let Some(faces) = faces.filter(|_| self.hybrid.occluders.is_some()) else {
+        let faces = faces.filter(|_| self.hybrid.occluders.is_some());
+        let front = faces.map(|faces| faces.start.clamp(piece.start, piece.end));
+        let first = self.at_start(piece, front);
+        let mut between = Between { marched: None, first, last: None, tail: None };
+        let Some(faces) = faces else {
             if self.hybrid.occluders.is_some() {
                 // nothing changes along the ray; but a shadow ray may slip through between two triangles: one answer does
                 // not decide it
@@ -265,7 +268,7 @@ impl Walk<'_, '_> {
         };
         let back = faces.end.clamp(piece.start, piece.end);
         let (goes_on, at_end) = self.behind(Interval::new(back, piece.end), piece.length());
-        let front = if between.first < 1.0 { piece.start } else { faces.start.clamp(piece.start, piece.end) };
+        let front = front.filter(|_| between.first == 1.0).unwrap_or(piece.start);
         let end = if goes_on { piece.end } else { self.seen_until(back, piece) };
         between.marched = Some(Interval::new(front.min(end), end));
         between.last = if goes_on { at_end } else { Some(1.0) };
@@ -273,13 +276,14 @@ impl Walk<'_, '_> {
         between
     }
 
-    /// What is seen just behind the start of the ray. Not at the eye: there all rays would get one answer, and a wrong one
-    /// where it lies on a face or in line with an edge.
-    fn at_start(&mut self, piece: Interval) -> f32 {
+    /// What is seen where the ray starts: before its frontmost face, at `front`, nothing changes, so it is asked halfway.
+    /// Not at the eye: there all rays would get one answer, and a wrong one where it lies on a face or in line with an edge.
+    fn at_start(&mut self, piece: Interval, front: Option<f64>) -> f32 {
+        let ahead = Interval::new(piece.start, front.unwrap_or(piece.end));
         // the middle of the first of so many steps
-        let step = self.aspect.steps(piece, (0.5 / BEHIND_START) as u32, false).next();
-        let x = step.map_or(piece.start, |step| step.middle);
-        self.visibility(x)
+        let steps = if front.is_some() { 1 } else { (0.5 / BEHIND_START) as u32 };
+        let step = self.aspect.steps(ahead, steps, false).next();
+        self.visibility(step.map_or(piece.start, |step| step.middle))
     }
 
     /// Whether the ray is dark behind its faces, so that the march goes on to its end, and what is seen just before a

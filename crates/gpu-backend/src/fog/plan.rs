@@ -16,6 +16,9 @@ const MOST_TRIPS: u32 = 30_000;
 /// Loop trips of a shadow ray, at most, in all scenes that were tried (`shaders/shared/bvh.wgsl`).
 const TRIPS_OF_A_RAY: u32 = 110;
 
+/// Shadow rays along a view ray in one dispatch, at most.
+const MOST_RAYS: u32 = MOST_TRIPS / TRIPS_OF_A_RAY;
+
 /// Most steps of a hybrid march's segment: few are its point, and it comes in one dispatch.
 const MOST_HYBRID_SAMPLES: u32 = 8192;
 
@@ -106,6 +109,9 @@ impl Variant {
         }
         if matches!(self.shader, Shader::Hybrid | Shader::HybridTextured) {
             constants.push(("EQUAL_DISTANCE", flag(self.equal_distance)));
+        }
+        if self.shader == Shader::Hybrid && self.rays {
+            constants.push(("MOST_LOOKUPS", f64::from(MOST_RAYS)));
         }
         if self.shader == Shader::HybridTextured {
             constants.extend([
@@ -260,6 +266,10 @@ fn of_lamp(frame: &Frame<'_>, index: usize, lamp: &Lamp<'_>) -> Result<Work, Ref
         }
         Technique::Hybrid(hybrid) => {
             check_hybrid(frame, lamp.light, &hybrid)?;
+            // it comes in one dispatch
+            if rays && hybrid.samples > MOST_RAYS - 3 {
+                return Err(refused_by_hybrid("so many samples with shadow rays"));
+            }
             let textured = varies(frame, lamp.light) || (shadowed && hybrid.partial);
             if !textured && !shadowed {
                 return Ok(exact(false));
