@@ -9,7 +9,7 @@ use hybrid_march::{
     BruteForce, FaceBounds, Hybrid, LightMips, LowResolution, Marched, Occluders, ShadowVolume,
 };
 use scene::{Bvh, BvhVisibility, DRay, Interval, Light, Visibility};
-use shadowmap::{Bias, DepthMap, ExactShadowMap, Filter, MapVisibility, SurfaceVisibility};
+use shadowmap::{Bias, ExactShadowMap, Filter, MapVisibility, SurfaceVisibility};
 
 use crate::failure::{Failure, Outcome};
 use crate::maps::{MapSurface, Maps};
@@ -174,7 +174,11 @@ impl Stage<'_> {
             let tile = options.tile.max(self.options.scattering_scale);
             for (light, map) in lights.iter().zip(&self.maps.maps) {
                 let volume = ShadowVolume::new(&mesh, light);
-                let margin = if tile > 1 { map.as_ref().map_or(0.0, texel) } else { 0.0 };
+                let margin = if tile > 1 {
+                    map.as_ref().map_or(0.0, |map| map.projection().texel(map.size()))
+                } else {
+                    0.0
+                };
                 bounds.push(FaceBounds::draw_with_margin(&volume, camera, self.options.size, tile, margin));
             }
         }
@@ -220,13 +224,6 @@ impl Stage<'_> {
         let (samples, rays) = (samples.into_inner(), rays.into_inner());
         Ok(Airlight { radiance, samples, rays, ..Airlight::default() })
     }
-}
-
-/// Side of a map's texel: a tangent, or for parallel rays units: m.
-fn texel(map: &DepthMap) -> f64 {
-    let face = &map.projection().faces()[0];
-    let (width, height) = map.size();
-    2.0 * (face.half.x / f64::from(width)).max(face.half.y / f64::from(height))
 }
 
 /// What the exact reference and the surfaces are told.

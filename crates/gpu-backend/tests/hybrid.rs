@@ -22,7 +22,7 @@ use hybrid_march::{Adjacency, FaceBounds, LightMips, LowResolution, Occluders, S
 use scene::{
     AirlightModel, BvhVisibility, Light, LightTexture, SpotLight, TextureFilter, Visibility, WideBvh,
 };
-use shadowmap::{Bias, DepthMap, Filter, MapSurface, MapVisibility};
+use shadowmap::{Bias, Filter, MapSurface, MapVisibility};
 
 /// GPU against CPU, as a share of the picture.
 const AGREE: f64 = 1e-3;
@@ -142,11 +142,6 @@ impl<'a> Case<'a> {
     }
 }
 
-/// Side of a map's texel.
-fn texel(map: &DepthMap) -> f64 {
-    2.0 * map.projection().faces()[0].half.x / f64::from(map.size().0)
-}
-
 /// On a map of 512 texels: what is beyond the bar.
 fn agree(gpu: &GpuContext, case: &Case<'_>, name: &str) -> Option<String> {
     let map = [case.stage.map(case.light, 512, MapSurface::Step)];
@@ -155,7 +150,7 @@ fn agree(gpu: &GpuContext, case: &Case<'_>, name: &str) -> Option<String> {
     let uploaded = upload(gpu, map);
     let shadows = Shadows::Map { map: &uploaded, casters: case.stage.bvh.bounds() };
     let got = case.on_gpu(gpu, &mut fog(gpu), shadows);
-    let (rmse, p99) = compare(&got, &case.on_cpu(&visibility, texel(map)));
+    let (rmse, p99) = compare(&got, &case.on_cpu(&visibility, map.projection().texel(map.size())));
     println!("{name}, {:?}: rel_rmse {rmse:.2e} p99 {p99:.2e}", case.stage.size);
     (rmse > AGREE).then(|| format!("{name}: rel_rmse {rmse:.2e}"))
 }

@@ -243,6 +243,13 @@ impl Projection {
         Ok(self)
     }
 
+    /// Side of a texel of a map of `size` (columns, rows): a tangent, that is per metre of depth, or without perspective
+    /// units: m. Shadows of the map stick out of those of the geometry by no more.
+    pub fn texel(&self, size: (u32, u32)) -> f64 {
+        let half = self.faces()[0].half;
+        2.0 * (half.x / f64::from(size.0)).max(half.y / f64::from(size.1))
+    }
+
     /// Which kind this is.
     pub fn kind(&self) -> ProjectionKind {
         self.kind

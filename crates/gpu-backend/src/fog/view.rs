@@ -185,7 +185,10 @@ impl ViewPasses<'_> {
                 light: lamp.light,
                 faces: faces.at_scale(image.scale),
                 image: image.plane.coarser(faces.at_scale(image.scale).side()),
-                margin: lamp.shadows.and_then(|shadows| shadows.map()).map_or(0.0, texel),
+                margin: lamp
+                    .shadows
+                    .and_then(|shadows| shadows.map())
+                    .map_or(0.0, |map| map.projection().texel(map.size())),
             };
             let (found, texture) = volumes.faces(self.device, volume, &target)?;
             steps.extend(found);
@@ -341,12 +344,4 @@ impl ViewPasses<'_> {
             stats.closed_forms += u32::from(work.variant.shader == Shader::Exact && !work.variant.shadowed);
         }
     }
-}
-
-/// Side of a map's texel: a tangent, or for parallel rays units: m. Shadows of a map stick out of those of the geometry by
-/// no more than that.
-fn texel(map: &crate::ShadowMap) -> f64 {
-    let face = &map.projection().faces()[0];
-    let (width, height) = map.size();
-    2.0 * (face.half.x / f64::from(width)).max(face.half.y / f64::from(height))
 }
