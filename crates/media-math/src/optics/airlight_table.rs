@@ -9,7 +9,7 @@ use alloc::vec::Vec;
 
 use super::foot::Foot;
 use super::special::sun_f;
-use crate::{HomogeneousMedium, Real, TableError};
+use crate::{HomogeneousMedium, Real, TableError, airlight_isotropic};
 
 /// How u is spread over a table's columns; w runs over [0, 1].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -248,19 +248,8 @@ impl<T: Real> AngleTable<T> {
         // with unit scattering, so that a medium that only absorbs has a table too
         let medium =
             HomogeneousMedium::with_extinction(1.0, sigma_t).map_err(|_| TableError::Size { size })?;
-        let grid = Grid::new(size, |column, row| {
-            // on the axis itself the angle is 0 or π at once: a little beside it the mean is the same
-            let gamma = (column * core::f64::consts::PI).clamp(1e-6, core::f64::consts::PI - 1e-6);
-            let foot = Foot { x_foot: light_distance * gamma.cos(), h: light_distance * gamma.sin() };
-            let psi = row * (core::f64::consts::PI - gamma);
-            // law of sines; at the last row the ray is parallel to the way from the light
-            let x = if row < 1.0 { light_distance * psi.sin() / (gamma + psi).sin() } else { f64::INFINITY };
-            if psi * light_distance < 1e-9 * light_distance {
-                return (-sigma_t * light_distance).exp();
-            }
-            let value = crate::airlight_isotropic(&medium, 1.0, &foot, 0.0, x);
-            value * 4.0 * core::f64::consts::PI * foot.h / psi
-        })?;
+        let grid =
+            Grid::new(size, |column, row| mean_over_angle::<f64>(&medium, light_distance, column, row))?;
         Ok(Self { light_distance, sigma_s, grid })
     }
 
@@ -284,10 +273,24 @@ impl<T: Real> AngleTable<T> {
     }
 }
 
+/// M at shares of γ in [0, π] and of ψ in [0, π − γ], in a medium of unit scattering.
+fn mean_over_angle<T: Real>(medium: &HomogeneousMedium<T>, light_distance: T, column: T, row: T) -> T {
+    // on the axis itself the angle is 0 or π at once: a little beside it the mean is the same
+    let least = T::lit(1e-6);
+    let gamma = (column * T::PI()).max(least).min(T::PI() - least);
+    let foot = Foot { x_foot: light_distance * gamma.cos(), h: light_distance * gamma.sin() };
+    let psi = row * (T::PI() - gamma);
+    if psi < T::lit(1e-9) {
+        return (-medium.sigma_t() * light_distance).exp();
+    }
+    // law of sines; at the last row the ray is parallel to the way from the light
+    let x = if row < T::one() { light_distance * psi.sin() / (gamma + psi).sin() } else { T::infinity() };
+    airlight_isotropic(medium, T::one(), &foot, T::zero(), x) * T::lit(4.0) * T::PI() * foot.h / psi
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::airlight_isotropic;
 
     #[test]
     fn angle_table_is_right_next_to_the_axis_too() {
