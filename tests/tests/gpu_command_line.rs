@@ -110,7 +110,7 @@ fn what_the_gpu_lacks_is_refused_there_and_done_elsewhere() {
             "8192",
         ),
         desk.misrefused(
-            &format!("render {SCENE} -o out/x.npy --backend gpu --technique hybrid --visibility bvh --samples 400"),
+            "render procedural:slats --size 8x8 -o out/x.npy --backend gpu --technique hybrid --visibility bvh --samples 400",
             "samples with shadow rays",
         ),
         desk.misrefused(
