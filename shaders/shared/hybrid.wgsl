@@ -63,7 +63,8 @@ fn between_faces(ray: ViewRay, foot: Foot, sight: Sight, piece: vec2f, pixel: ve
     let asked = vec3f(inside, behind, piece.y - BEFORE_END * (piece.y - piece.x));
     var seen = vec3f(1.0);
     for (var k = 0; k < 3; k++) {
-        if k == 2 && endless {
+        // so far away no light is left; and to a ray from there the whole hierarchy is one line, which it goes through
+        if endless && (k == 2 || (k == 1 && back >= MARCH_DEPTH / view.least_extinction)) {
             continue;
         }
         seen[k] = visibility_at(sight, asked[k]);

@@ -293,6 +293,9 @@ impl Walk<'_, '_> {
     /// rounding would answer, and so it may just before the surface.
     fn behind(&mut self, rest: Interval, length: f64) -> (bool, Option<f32>) {
         let at_end = rest.end.is_finite().then(|| self.visibility(rest.end - BEFORE_END * length));
+        if rest.end.is_infinite() && self.seen_until(rest.start, rest) < rest.start {
+            return (false, None);
+        }
         let halfway = self.aspect.steps(rest, 1, false).next();
         (halfway.is_none_or(|step| self.visibility(step.middle) < 1.0), at_end)
     }
