@@ -63,3 +63,18 @@ fn add_radiance(pixel: vec2u, radiance: vec3f) {
     }
     textureStore(scattered, pixel, sum);
 }
+
+// The same of radiance that rounding may have made negative: what is taken away is added to alpha.
+fn add_clamped(pixel: vec2u, radiance: vec3f) {
+    let below = max(max(-radiance.r, -radiance.g), max(-radiance.b, 0.0));
+    let kept = max(radiance, vec3f());
+    if light.adds >= REFINES {
+        add_radiance(pixel, kept);
+        return;
+    }
+    var sum = vec4f(kept, below);
+    if light.adds == ADDS {
+        sum += textureLoad(before, pixel, 0);
+    }
+    textureStore(scattered, pixel, sum);
+}

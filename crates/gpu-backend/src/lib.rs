@@ -50,6 +50,7 @@ mod draw;
 mod error;
 mod fog;
 mod layout;
+mod lightvolume;
 mod map;
 mod pass;
 mod probe;
@@ -70,6 +71,7 @@ pub use fog::{
     AirlightForm, CompositeTarget, Fog, FogDescriptor, Frame, Hybrid, Lamp, LightPicture, Lookup, MAX_LIGHTS,
     Placement, SceneDepth, Shadows, Technique, View,
 };
+pub use lightvolume::{Criterion, DEFAULT_MOST_LEAVES, LeafCount, Tessellation};
 pub use map::{HostDepth, ShadowMap};
 pub use probe::{AirlightProbe, Problem, SunProbe, SunProblem};
 pub use stats::{FrameStats, PassTime};

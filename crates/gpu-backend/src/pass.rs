@@ -92,18 +92,35 @@ pub(crate) enum DrawTarget {
     Depth(wgpu::TextureView, f32),
 }
 
-/// A draw that is ready to be encoded; its arguments lie in a buffer from a byte on.
+/// How many vertices a draw has, and of how many instances.
+#[derive(Debug, Clone)]
+pub(crate) enum Call {
+    /// So many of both.
+    Direct { vertices: u32, instances: u32 },
+    /// As four words of a buffer say, from this byte on.
+    Indirect(wgpu::Buffer, u64),
+    /// As five words of a buffer say, from this byte on, with indices of 32 bits from another.
+    Indexed { indices: wgpu::Buffer, arguments: (wgpu::Buffer, u64) },
+}
+
+/// A draw that is ready to be encoded.
+#[derive(Debug, Clone)]
+pub(crate) struct Draw {
+    pub(crate) pipeline: wgpu::RenderPipeline,
+    pub(crate) group: wgpu::BindGroup,
+    pub(crate) call: Call,
+}
+
+/// Draws into one target.
 #[derive(Debug, Clone)]
 pub(crate) struct DrawPass {
     pub(crate) label: String,
-    pub(crate) pipeline: wgpu::RenderPipeline,
-    pub(crate) group: wgpu::BindGroup,
     pub(crate) target: DrawTarget,
-    pub(crate) arguments: (wgpu::Buffer, u64),
+    pub(crate) draws: Vec<Draw>,
 }
 
 impl DrawPass {
-    /// Encodes the draw as a pass of its own.
+    /// Encodes the draws as a pass of its own.
     fn encode(
         &self,
         encoder: &mut wgpu::CommandEncoder,
@@ -135,9 +152,18 @@ impl DrawPass {
             timestamp_writes,
             ..Default::default()
         });
-        pass.set_pipeline(&self.pipeline);
-        pass.set_bind_group(0, &self.group, &[]);
-        pass.draw_indirect(&self.arguments.0, self.arguments.1);
+        for draw in &self.draws {
+            pass.set_pipeline(&draw.pipeline);
+            pass.set_bind_group(0, &draw.group, &[]);
+            match &draw.call {
+                Call::Direct { vertices, instances } => pass.draw(0..*vertices, 0..*instances),
+                Call::Indirect(buffer, at) => pass.draw_indirect(buffer, *at),
+                Call::Indexed { indices, arguments: (buffer, at) } => {
+                    pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);
+                    pass.draw_indexed_indirect(buffer, *at);
+                }
+            }
+        }
     }
 }
 
@@ -291,7 +317,12 @@ pub(crate) fn storage_written(binding: u32) -> wgpu::BindGroupLayoutEntry {
     )
 }
 
-/// The same entry for a draw.
+/// The same entry for a draw that reads it; fragments alone write.
 pub(crate) fn drawn(entry: wgpu::BindGroupLayoutEntry) -> wgpu::BindGroupLayoutEntry {
-    wgpu::BindGroupLayoutEntry { visibility: wgpu::ShaderStages::VERTEX_FRAGMENT, ..entry }
+    let writes = matches!(
+        entry.ty,
+        wgpu::BindingType::Buffer { ty: wgpu::BufferBindingType::Storage { read_only: false }, .. }
+    );
+    let visibility = if writes { wgpu::ShaderStages::FRAGMENT } else { wgpu::ShaderStages::VERTEX_FRAGMENT };
+    wgpu::BindGroupLayoutEntry { visibility, ..entry }
 }

@@ -18,6 +18,8 @@ pub struct FrameStats {
     pub closed_forms: u32,
     /// Pyramids that the frame builds; those of lights that stand still are kept.
     pub pyramids_built: u32,
+    /// Tessellations of light volumes that the frame makes; those of lights that stand still are kept.
+    pub tessellations_built: u32,
     /// Silhouettes that the frame finds; those of lights that stand still are kept.
     pub silhouettes_found: u32,
     /// Maps that the frame reads.

@@ -4,7 +4,7 @@ pub use hybrid_march::Placement;
 use scene::{Aabb, AirlightModel, Camera, Light, Medium};
 use shadowmap::{DepthOrder, MapSurface};
 
-use crate::{Faces, GpuBvh, ShadowMap, ShadowVolume};
+use crate::{Faces, GpuBvh, ShadowMap, ShadowVolume, Tessellation};
 
 /// Most lights of a frame.
 pub const MAX_LIGHTS: usize = 8;
@@ -136,6 +136,12 @@ pub enum Technique {
     },
     /// A march between the frontmost and the backmost face of each light's shadow volume (Wyman and Ramsey 2008).
     Hybrid(Hybrid),
+    /// The crossings of view rays with the surface around what the light reaches, extruded from its map; no march
+    /// (Billeter, Sintorn and Assarsson 2010).
+    LightVolume {
+        /// How the surface is divided into triangles.
+        tessellation: Tessellation,
+    },
 }
 
 /// How a march reads the picture of a spot.
@@ -226,7 +232,7 @@ impl Technique {
     /// How the technique looks maps up, where it marches.
     pub(crate) fn lookup(&self) -> Option<Lookup> {
         match self {
-            Self::ExactShadowMap { .. } => None,
+            Self::ExactShadowMap { .. } | Self::LightVolume { .. } => None,
             Self::BruteForce { lookup, .. } => Some(*lookup),
             Self::Hybrid(hybrid) => Some(hybrid.lookup),
         }

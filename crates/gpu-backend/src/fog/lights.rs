@@ -5,13 +5,14 @@ use std::sync::Arc;
 use scene::{Light, LightTexture};
 use shadowmap::{MapSurface, Outside, ProjectionKind};
 
-use super::frame::{Frame, Lamp, Lookup, Technique};
+use super::frame::{Frame, Lamp, Lookup, Shadows, Technique};
 use super::layout::{Layouts, StandIns};
 use super::plan::{Shader, Variant, Work};
 use crate::checked::{filled_buffer, prepared};
 use crate::layout::{Basis, LightUniform};
+use crate::lightvolume::Settings;
 use crate::write_texture::write_texture;
-use crate::{GpuBvh, PrepareError};
+use crate::{GpuBvh, PrepareError, Tessellation};
 
 /// Checks that every map can serve its light, and that the technique finds what it needs.
 pub(super) fn check_maps(frame: &Frame<'_>) -> Result<(), PrepareError> {
@@ -80,6 +81,27 @@ pub(super) fn uniform(device: &wgpu::Device, frame: &Frame<'_>, work: &Work, bas
         }
     }
     uniform
+}
+
+/// Depth of an orthographic map that nothing in the scene comes near to, and that counts as infinite in a local light's:
+/// ten thousand times the way to the far side of the casters; units: m.
+pub(super) fn far_of(shadows: &Shadows<'_>) -> f32 {
+    let Some(map) = shadows.map() else { return 1.0 };
+    let (casters, origin) = (shadows.casters(), map.projection().faces()[0].origin);
+    if casters.is_empty() {
+        return 1e4;
+    }
+    let reach = (casters.center().as_dvec3() - origin).length() + f64::from(casters.diagonal());
+    (1e4 * reach.max(1e-20)) as f32
+}
+
+/// What the tessellation of a light's volume depends on, where it is no plain grid.
+pub(super) fn tessellation(frame: &Frame<'_>, work: &Work) -> Option<Settings> {
+    let Some(Tessellation::Adaptive { criterion, threshold, most_leaves }) = work.tessellation else {
+        return None;
+    };
+    let shadows = frame.lamps[work.lamp?].shadows?;
+    Some(Settings { criterion, threshold, far: far_of(&shadows), most_leaves })
 }
 
 /// Distance at which a table as printed ends: e⁻⁸ of the light is left behind the light's distance there; units: m.

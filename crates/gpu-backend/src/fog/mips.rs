@@ -44,7 +44,9 @@ impl MipPictures {
     ) -> Result<Vec<Option<wgpu::TextureView>>, PrepareError> {
         let blur = match frame.technique {
             Technique::Hybrid(hybrid) => hybrid.picture.blur(),
-            Technique::BruteForce { .. } | Technique::ExactShadowMap { .. } => None,
+            Technique::BruteForce { .. }
+            | Technique::ExactShadowMap { .. }
+            | Technique::LightVolume { .. } => None,
         };
         let mut kept: Vec<Known> = Vec::new();
         let mut views = Vec::new();

@@ -31,12 +31,13 @@ use view::ViewPasses;
 
 use crate::capabilities::check_limits;
 use crate::checked::{created, prepared};
+use crate::lightvolume::{Leaves, LightVolumePasses};
 use crate::map::{HostConverter, Pyramid, PyramidBuilder};
 use crate::pass::{Step, compute_pipeline, encode_all};
 use crate::read_radiance::read_radiance;
 use crate::timing::PassTimer;
 use crate::volume::{Key, ShadowVolume, VolumePasses, key_of};
-use crate::{CreateError, FrameStats, PassTime, PrepareError, ReadError, ShadowMap};
+use crate::{CreateError, FrameStats, PassTime, PrepareError, ReadError, ShadowMap, Tessellation};
 
 /// How a [`Fog`] is made.
 #[derive(Debug, Clone, Copy, Default)]
@@ -62,6 +63,8 @@ pub struct Fog {
     converter: HostConverter,
     /// Made when a frame first needs shadow volumes.
     volumes: Option<VolumePasses>,
+    /// Made when a frame first draws a light volume.
+    light_volumes: Option<LightVolumePasses>,
     /// Made when a frame first computes airlight for blocks of pixels.
     low: Option<LowPasses>,
     ray_ends: RayEnds,
@@ -90,6 +93,7 @@ struct MapChange {
     map: ShadowMap,
     version: u64,
     pyramid: Option<Pyramid>,
+    leaves: Option<Leaves>,
 }
 
 /// A view as the last frame left it.
@@ -141,6 +145,7 @@ impl Fog {
             pyramids: PyramidBuilder::new(device)?,
             converter: HostConverter::new(device)?,
             volumes: None,
+            light_volumes: None,
             low: None,
             ray_ends: RayEnds::new(device)?,
             timer: None,
@@ -188,11 +193,12 @@ impl Fog {
         for (index, view) in frame.views.iter().enumerate() {
             check_view(index, view, largest)?;
         }
-        let work = plan::plan(frame)?;
+        let mut work = plan::plan(frame)?;
         lights::check_maps(frame)?;
         if self.volumes.is_none() && work.iter().any(|work| work.faces.is_some()) {
             self.volumes = Some(VolumePasses::new(device)?);
         }
+        self.reserve_light_volumes(device, &mut work)?;
         for work in &work {
             self.scatter_pipeline(device, work.variant)?;
             if work.table_size > 0 {
@@ -243,6 +249,9 @@ impl Fog {
             change.map.mark_converted(change.version);
             if let Some(pyramid) = &change.pyramid {
                 pyramid.mark(change.version);
+            }
+            if let Some(leaves) = &change.leaves {
+                leaves.mark(change.version);
             }
         }
         for (volume, key) in &self.moved {
@@ -306,6 +315,23 @@ impl Fog {
         read_radiance(device, queue, texture, "the airlight")
     }
 
+    /// Makes what the light volumes of a frame are drawn with, and says how their sums come.
+    fn reserve_light_volumes(&mut self, device: &wgpu::Device, work: &mut [Work]) -> Result<(), CreateError> {
+        for work in work {
+            let Some(tessellation) = work.tessellation else { continue };
+            let passes = match &mut self.light_volumes {
+                Some(passes) => passes,
+                slot => slot.insert(LightVolumePasses::new(device)?),
+            };
+            passes.reserve(device, work.volume_variant(), tessellation != Tessellation::Grid)?;
+            work.variant.fixed = !passes.blends();
+            if work.variant.fixed {
+                self.scatter_pipeline(device, work.variant.unshadowed())?;
+            }
+        }
+        Ok(())
+    }
+
     fn scatter_pipeline(&mut self, device: &wgpu::Device, variant: Variant) -> Result<(), CreateError> {
         if !self.scatter.contains_key(&variant) {
             let mut layouts = vec![&self.layouts.view, &self.layouts.light];
@@ -335,7 +361,7 @@ impl Fog {
             let Some(map) = shadows.and_then(|shadows| shadows.map()) else { continue };
             stats.maps += 1;
             let version = map.version();
-            let mut change = MapChange { map: map.clone(), version, pyramid: None };
+            let mut change = MapChange { map: map.clone(), version, pyramid: None, leaves: None };
             if let Some(source) = map.unconverted() {
                 steps.push(Step::Compute(self.converter.pass(device, map, source)));
             }
@@ -346,6 +372,14 @@ impl Fog {
                     steps.extend(self.pyramids.passes(device, map, &pyramid).into_iter().map(Step::Compute));
                     stats.pyramids_built += 1;
                     change.pyramid = Some(pyramid);
+                }
+            }
+            if let (Some(passes), Some(settings)) = (&self.light_volumes, lights::tessellation(frame, work)) {
+                let leaves = map.tessellation(device, settings)?;
+                if !leaves.is_current(version) {
+                    steps.extend(passes.tessellation.steps(device, map, &leaves));
+                    stats.tessellations_built += 1;
+                    change.leaves = Some(leaves);
                 }
             }
             building.push(change);

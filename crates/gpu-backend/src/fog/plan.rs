@@ -5,9 +5,11 @@
 //! every pipeline is specialised by constants.
 
 use scene::{AirlightModel, Density, Light, Medium, Refusal};
+use shadowmap::Outside;
 
 use super::frame::{AirlightForm, Frame, Hybrid, Lamp, Lookup, Placement, Technique};
-use crate::Faces;
+use crate::lightvolume::VolumeVariant;
+use crate::{Faces, Tessellation};
 
 /// Steps of a march, times what each loops over, in one dispatch: some drivers cut loops silently at 65,535 trips of a
 /// group of threads.
@@ -49,6 +51,8 @@ pub(crate) struct Variant {
     pub(crate) partial: bool,
     /// 0 none, 1 a table as printed, 2 one over angles.
     pub(crate) table: u8,
+    /// Whether sums are in fixed point.
+    pub(crate) fixed: bool,
 }
 
 /// Which scattering shader.
@@ -59,6 +63,8 @@ pub(crate) enum Shader {
     MarchVarying,
     Hybrid,
     HybridTextured,
+    /// Closes the sums of a light volume's crossings.
+    LightVolume,
     /// Fills the table of a hybrid march.
     FrameTable,
 }
@@ -69,11 +75,17 @@ impl Variant {
         Self { shader: Shader::FrameTable, light: 0, textured: false, shadowed: false, rays: false, ..self }
     }
 
+    /// The pass that gives the airlight of the same light without shadows.
+    pub(crate) fn unshadowed(self) -> Self {
+        Self { shader: Shader::Exact, shadowed: false, linear: false, fixed: false, ..self }
+    }
+
     /// The shader's file.
     pub(crate) const fn file(&self) -> &'static str {
         match (self.shader, self.rays) {
             (Shader::FrameTable, _) => "scatter/frame_table",
             (Shader::Exact, _) => "scatter/exact",
+            (Shader::LightVolume, _) => "scatter/light_volume",
             (Shader::March, false) => "scatter/march",
             (Shader::March, true) => "scatter/march_rays",
             (Shader::MarchVarying, false) => "scatter/march_varying",
@@ -104,6 +116,10 @@ impl Variant {
                 ("HOFFMAN_PREETHAM", flag(self.hoffman_preetham)),
             ]);
         }
+        if self.shader == Shader::LightVolume {
+            constants.retain(|(name, _)| *name != "SHADOWED" && *name != "LINEAR" && *name != "LOOKUP");
+            constants.push(("FIXED", flag(self.fixed)));
+        }
         if matches!(self.shader, Shader::Hybrid | Shader::HybridTextured | Shader::FrameTable) {
             constants.push(("TABLE", f64::from(self.table)));
         }
@@ -125,7 +141,7 @@ impl Variant {
 }
 
 /// What one light, or the medium's glow, costs each view.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Work {
     pub(crate) variant: Variant,
     /// The light, by its index; `None` for the medium's own glow.
@@ -145,6 +161,16 @@ pub(crate) struct Work {
     pub(crate) lit_samples: u32,
     /// Entries along the side of the frame's table, where there is one.
     pub(crate) table_size: u32,
+    /// How the light's volume is tessellated, where one is drawn.
+    pub(crate) tessellation: Option<Tessellation>,
+}
+
+impl Work {
+    /// What the draws of the light's volume are specialised by.
+    pub(crate) fn volume_variant(&self) -> VolumeVariant {
+        let Variant { light, achromatic, isotropic, .. } = self.variant;
+        VolumeVariant { light, achromatic, isotropic }
+    }
 }
 
 /// The work of a frame, light by light.
@@ -159,6 +185,7 @@ pub(crate) fn plan(frame: &Frame<'_>) -> Result<Vec<Work>, Refusal> {
                 return Err(refused("an emitting medium"));
             }
             Technique::Hybrid(_) => return Err(refused_by_hybrid("an emitting medium")),
+            Technique::LightVolume { .. } => return Err(refused_by_volume("an emitting medium")),
             Technique::BruteForce { samples, .. } => {
                 let variant = Variant { light: 3, ..variant(frame, Shader::MarchVarying) };
                 work.push(march(variant, None, "glow".into(), samples, 0, 0));
@@ -180,6 +207,10 @@ fn refused(feature: &'static str) -> Refusal {
 
 fn refused_by_hybrid(feature: &'static str) -> Refusal {
     Refusal { technique: "hybrid", feature, instead: "brute-force" }
+}
+
+fn refused_by_volume(feature: &'static str) -> Refusal {
+    Refusal { technique: "light-volume", feature, instead: "brute-force" }
 }
 
 /// What all lights of a frame have in common.
@@ -207,6 +238,7 @@ fn variant(frame: &Frame<'_>, shader: Shader) -> Variant {
         mips: false,
         partial: false,
         table: 0,
+        fixed: false,
     }
 }
 
@@ -246,6 +278,7 @@ fn of_lamp(frame: &Frame<'_>, index: usize, lamp: &Lamp<'_>) -> Result<Work, Ref
             refine: 0,
             lit_samples: 0,
             table_size: 0,
+            tessellation: None,
         }
     };
     match frame.technique {
@@ -263,6 +296,15 @@ fn of_lamp(frame: &Frame<'_>, index: usize, lamp: &Lamp<'_>) -> Result<Work, Ref
                 return Err(refused("Hoffman and Preetham's model for a local light"));
             }
             Ok(exact(surface == shadowmap::MapSurface::Linear))
+        }
+        Technique::LightVolume { tessellation } => {
+            check_light_volume(frame, lamp)?;
+            if !shadowed {
+                return Ok(exact(false));
+            }
+            let work =
+                Work { tessellation: Some(tessellation), label: label("light volume"), ..exact(false) };
+            Ok(Work { variant: with(Shader::LightVolume), ..work })
         }
         Technique::Hybrid(hybrid) => {
             check_hybrid(frame, lamp.light, &hybrid)?;
@@ -296,6 +338,7 @@ fn of_lamp(frame: &Frame<'_>, index: usize, lamp: &Lamp<'_>) -> Result<Work, Ref
                 refine: hybrid.refine,
                 lit_samples: if textured { hybrid.lit_samples } else { 0 },
                 table_size,
+                tessellation: None,
             })
         }
         Technique::BruteForce { samples, lookup } => {
@@ -318,6 +361,34 @@ fn of_lamp(frame: &Frame<'_>, index: usize, lamp: &Lamp<'_>) -> Result<Work, Ref
             Ok(march(variant, Some(index), label("march"), samples, kernel, inner))
         }
     }
+}
+
+/// What a light volume cannot take.
+fn check_light_volume(frame: &Frame<'_>, lamp: &Lamp<'_>) -> Result<(), Refusal> {
+    if frame.medium.density.is_some() {
+        return Err(refused_by_volume("a heterogeneous density"));
+    }
+    if frame.medium.bounds.is_some() {
+        return Err(refused_by_volume("a bounded medium"));
+    }
+    if frame.model == AirlightModel::HoffmanPreetham && !matches!(lamp.light, Light::Directional(_)) {
+        return Err(refused_by_volume("Hoffman and Preetham's model for a local light"));
+    }
+    if matches!(lamp.light, Light::Spot(spot) if spot.texture.is_some()) {
+        return Err(refused_by_volume("a textured spot light"));
+    }
+    let Some(shadows) = lamp.shadows else { return Ok(()) };
+    let Some(map) = shadows.map() else {
+        return Err(refused_by_volume("shadow rays"));
+    };
+    let own = match lamp.light {
+        Light::Spot(_) => Outside::Dark,
+        Light::Point(_) | Light::Directional(_) => Outside::Lit,
+    };
+    if map.outside() != own {
+        return Err(refused_by_volume("another answer for what a map does not see than its light's own"));
+    }
+    Ok(())
 }
 
 /// What the hybrid march cannot take.
@@ -393,6 +464,7 @@ fn march(
         refine: 0,
         lit_samples: 0,
         table_size: 0,
+        tessellation: None,
     }
 }
 

@@ -6,6 +6,7 @@ use super::frame::{SceneDepth, View};
 use crate::PrepareError;
 use crate::checked::prepared;
 use crate::layout::ENDLESS;
+use crate::lightvolume::sums_texture;
 use crate::map::check_depth_texture;
 
 /// Textures of one view.
@@ -15,6 +16,8 @@ pub(crate) struct Targets {
     pub(crate) ray_ends: wgpu::Texture,
     /// Written in turns; the second is there only if the frame needs two dispatches or more.
     pub(crate) airlight: [Option<wgpu::Texture>; 2],
+    /// Sums over the surface of a light volume, one light after the other.
+    pub(crate) sums: Option<wgpu::Texture>,
 }
 
 impl Targets {
@@ -22,7 +25,7 @@ impl Targets {
         let ray_ends = prepared(device, "a view's textures", || {
             texture(device, "ray ends", size, wgpu::TextureFormat::R32Float)
         })?;
-        Ok(Self { size, ray_ends, airlight: [None, None] })
+        Ok(Self { size, ray_ends, airlight: [None, None], sums: None })
     }
 
     /// Makes sure that there are `count` textures for airlight.
@@ -36,10 +39,18 @@ impl Targets {
         Ok(())
     }
 
+    /// Makes sure that there is a texture for the sums over light volumes.
+    pub(crate) fn reserve_sums(&mut self, device: &wgpu::Device) -> Result<(), PrepareError> {
+        if self.sums.is_none() {
+            self.sums = Some(sums_texture(device, self.size)?);
+        }
+        Ok(())
+    }
+
     /// Memory; units: bytes.
     pub(crate) fn bytes(&self) -> u64 {
         let pixels = u64::from(self.size.0) * u64::from(self.size.1);
-        pixels * (4 + 16 * self.airlight.iter().flatten().count() as u64)
+        pixels * (4 + 16 * self.airlight.iter().chain([&self.sums]).flatten().count() as u64)
     }
 }
 

@@ -5,7 +5,8 @@ use super::plan::{Shader, Work};
 use super::targets::{self, Targets, ends};
 use super::{Fog, ViewState, lights};
 use crate::checked::{filled_buffer, prepared};
-use crate::layout::{Basis, ImagePlane, ViewUniform};
+use crate::layout::{Basis, ImagePlane, LightUniform, MeshUniform, ViewUniform};
+use crate::lightvolume::VolumeTarget;
 use crate::pass::{ComputePass, Dispatch, Step};
 use crate::volume::FaceTarget;
 use crate::write_texture::write_texture;
@@ -120,17 +121,24 @@ impl ViewPasses<'_> {
 
     /// Textures of `size`: those of the frame before, if there are any.
     fn targets(&self, old: &mut Vec<Targets>, size: (u32, u32)) -> Result<Targets, PrepareError> {
-        match old.iter().position(|targets| targets.size == size) {
-            Some(index) => Ok(old.swap_remove(index)),
-            None => Targets::new(self.device, size),
+        let mut targets = match old.iter().position(|targets| targets.size == size) {
+            Some(index) => old.swap_remove(index),
+            None => Targets::new(self.device, size)?,
+        };
+        if self.work.iter().any(|work| work.tessellation.is_some()) {
+            targets.reserve_sums(self.device)?;
         }
+        Ok(targets)
     }
 
     /// Whether pixels at depth edges can be computed by themselves: not where alpha holds the way of a march so far, nor
-    /// where faces are those of the blocks' own rays.
+    /// where faces are those of the blocks' own rays, nor where all rays are drawn at once.
     fn can_refine(&self) -> bool {
-        let fits =
-            |work: &Work| work.variant.shader != Shader::MarchVarying && work.faces != Some(Faces::Pixels);
+        let fits = |work: &Work| {
+            work.variant.shader != Shader::MarchVarying
+                && work.faces != Some(Faces::Pixels)
+                && work.tessellation.is_none()
+        };
         !self.work.is_empty() && self.work.iter().all(fits)
     }
 
@@ -301,7 +309,14 @@ impl ViewPasses<'_> {
                         (true, true) => REFINES_FURTHER,
                     };
                     let layouts = &fog.layouts;
-                    let textures = [faces.as_ref(), tables[index].as_ref()];
+                    let sums = match self.sum_crossings(image, targets, work, &light, &ray_ends) {
+                        Some((passes, sums)) => {
+                            steps.extend(passes);
+                            Some(sums)
+                        }
+                        None => None,
+                    };
+                    let textures = [sums.as_ref().or(faces.as_ref()), tables[index].as_ref()];
                     let pictures = self.pictures;
                     let light_group = lights::group(
                         device,
@@ -333,6 +348,76 @@ impl ViewPasses<'_> {
             let result = (done + 1) % 2;
             if targets.airlight[result].is_some() { result } else { 0 }
         })
+    }
+
+    /// The steps that sum the crossings of an image's rays with the surface of a light's volume, and the texture that they
+    /// leave them in.
+    fn sum_crossings(
+        &self,
+        image: &Image,
+        targets: &Targets,
+        work: &Work,
+        light: &LightUniform,
+        ray_ends: &wgpu::TextureView,
+    ) -> Option<(Vec<Step>, wgpu::TextureView)> {
+        let (passes, sums) = (self.fog.light_volumes.as_ref()?, targets.sums.as_ref()?);
+        work.tessellation?;
+        let shadows = self.frame.lamps[work.lamp?].shadows?;
+        let map = shadows.map()?;
+        let leaves = lights::tessellation(self.frame, work)
+            .and_then(|settings| map.tessellation(self.device, settings).ok());
+        let mut steps = Vec::new();
+        let stand_in = &self.fog.stand_ins.flat;
+        let unshadowed = work.variant.fixed.then(|| self.unshadowed(image, work, ray_ends, &mut steps));
+        steps.extend(passes.steps(
+            self.device,
+            &VolumeTarget {
+                variant: work.volume_variant(),
+                map,
+                leaves: leaves.as_ref(),
+                mesh: MeshUniform::new(&image.basis, map.projection(), lights::far_of(&shadows)),
+                light,
+                view: &image.uniform,
+                size: image.plane.size,
+                ray_ends,
+                unshadowed: unshadowed.as_ref().unwrap_or(stand_in),
+                stand_in,
+                sums,
+                label: &work.label,
+            },
+        ));
+        Some((steps, view_of(sums)))
+    }
+
+    /// Adds the pass that finds the airlight of a light as if nothing shadowed it; where that is left.
+    fn unshadowed(
+        &self,
+        image: &Image,
+        work: &Work,
+        ray_ends: &wgpu::TextureView,
+        steps: &mut Vec<Step>,
+    ) -> wgpu::TextureView {
+        let (fog, device, frame) = (self.fog, self.device, self.frame);
+        let (width, height) = image.plane.size;
+        let texture = targets::texture(
+            device,
+            "unshadowed airlight",
+            (width, height),
+            wgpu::TextureFormat::Rgba32Float,
+        );
+        let to = view_of(&texture);
+        let unlit = Work { variant: work.variant.unshadowed(), tessellation: None, ..work.clone() };
+        let light = lights::uniform(device, frame, &unlit, &image.basis);
+        let (stand_ins, pictures) = (&fog.stand_ins, self.pictures);
+        let group =
+            lights::group(device, &fog.layouts, stand_ins, frame, &unlit, &light, pictures, [None, None]);
+        steps.push(Step::Compute(ComputePass {
+            label: format!("{}, unshadowed", work.label),
+            pipeline: fog.scatter[&unlit.variant].clone(),
+            groups: vec![self.view_group(image, ray_ends, &stand_ins.flat, &to), group],
+            dispatch: Dispatch::Groups([width.div_ceil(8), height.div_ceil(8), 1]),
+        }));
+        to
     }
 
     /// Adds what an image of `size` pixels in so many layers costs.

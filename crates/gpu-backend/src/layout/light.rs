@@ -73,8 +73,14 @@ impl Basis {
         }
     }
 
-    fn vector(&self, v: DVec3) -> [f32; 3] {
+    /// A world vector in the camera's basis.
+    pub(crate) fn vector(&self, v: DVec3) -> [f32; 3] {
         self.axes.components(v).as_vec3().to_array()
+    }
+
+    /// A world point in the camera's basis, from the eye; units: m.
+    pub(crate) fn point(&self, p: DVec3) -> [f32; 3] {
+        self.vector(p - self.eye)
     }
 
     /// Coefficients of world · `axis` + `offset` over the tangent vector, and its value at the eye.

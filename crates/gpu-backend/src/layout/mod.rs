@@ -1,10 +1,12 @@
 //! What the shaders read, as Rust writes it: one struct a file, each with its WGSL twin.
 
 mod light;
+mod mesh;
 mod view;
 mod volume;
 
 pub(crate) use light::{Basis, LightUniform};
+pub(crate) use mesh::MeshUniform;
 pub(crate) use view::{ENDLESS, ImagePlane, ViewUniform};
 pub(crate) use volume::VolumeUniform;
 

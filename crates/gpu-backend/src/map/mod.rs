@@ -9,7 +9,7 @@ mod host;
 mod pyramid;
 
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use shadowmap::{Bias, DepthMap, MapSurface, Outside, Projection, ProjectionKind, VarianceMap};
 
@@ -17,9 +17,10 @@ pub use host::HostDepth;
 pub(crate) use host::{HostConverter, check_depth_texture, height_of_device};
 pub(crate) use pyramid::{Pyramid, PyramidBuilder};
 
-use crate::PrepareError;
 use crate::checked::prepared;
+use crate::lightvolume::{Leaves, Settings};
 use crate::write_texture::write_texture;
+use crate::{LeafCount, PrepareError, ReadError};
 
 /// A light's shadow map on the GPU.
 ///
@@ -33,6 +34,8 @@ pub struct ShadowMap {
     /// Grows with every change of the heights.
     version: Arc<AtomicU64>,
     pyramids: [Arc<OnceLock<Pyramid>>; 2],
+    /// The tessellation that was asked for last.
+    leaves: Arc<Mutex<Option<Leaves>>>,
     moments: Option<Moments>,
     /// What the heights are converted from, if they are a host's.
     host: Option<Arc<host::HostSource>>,
@@ -181,6 +184,7 @@ impl ShadowMap {
             heights,
             version: Arc::new(AtomicU64::new(1)),
             pyramids: Default::default(),
+            leaves: Arc::default(),
             moments: None,
             host: None,
             converted: Arc::default(),
@@ -228,7 +232,52 @@ impl ShadowMap {
     pub fn bytes(&self) -> u64 {
         let texels = u64::from(self.size.0) * u64::from(self.size.1) * self.projection.faces().len() as u64;
         let pyramids = self.pyramids.iter().filter_map(|pyramid| pyramid.get()).map(Pyramid::bytes);
-        texels * if self.moments.is_some() { 12 } else { 4 } + pyramids.sum::<u64>()
+        let leaves = self.tessellated().map_or(0, |leaves| leaves.bytes());
+        texels * if self.moments.is_some() { 12 } else { 4 } + pyramids.sum::<u64>() + leaves
+    }
+
+    fn tessellated(&self) -> Option<Leaves> {
+        self.leaves.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// The map's tessellation with its buffers, made if they are not there; its leaves may be old.
+    pub(crate) fn tessellation(
+        &self,
+        device: &wgpu::Device,
+        settings: Settings,
+    ) -> Result<Leaves, PrepareError> {
+        if let Some(leaves) = self.tessellated().filter(|leaves| *leaves.settings() == settings) {
+            return Ok(leaves);
+        }
+        let leaves = Leaves::new(device, self, settings)?;
+        *self.leaves.lock().unwrap_or_else(PoisonError::into_inner) = Some(leaves.clone());
+        Ok(leaves)
+    }
+
+    /// What the tessellation of the last frame came to, once it is submitted; submits a copy and waits for it.
+    ///
+    /// # Errors
+    /// [`ReadError::Nothing`] if no frame has tessellated the map, [`ReadError::Device`] if the device is lost.
+    pub fn read_leaf_count(
+        &self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+    ) -> Result<LeafCount, ReadError> {
+        self.tessellated().ok_or(ReadError::Nothing("tessellation"))?.read_count(device, queue)
+    }
+
+    /// The leaves of the last frame's tessellation in no order, once it is submitted; submits a copy and waits for it.
+    /// Column and row (16 bits each); level (8 bits), edges with a finer neighbour (8 bits: 1 top, 2 right, 4 bottom,
+    /// 8 left), face.
+    ///
+    /// # Errors
+    /// As [`ShadowMap::read_leaf_count`].
+    pub fn read_leaves(
+        &self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+    ) -> Result<Vec<[u32; 2]>, ReadError> {
+        self.tessellated().ok_or(ReadError::Nothing("tessellation"))?.read_leaves(device, queue)
     }
 
     pub(crate) fn heights(&self) -> &wgpu::Texture {

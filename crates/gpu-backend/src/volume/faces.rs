@@ -8,8 +8,8 @@ use super::{Faces, ShadowVolume, compute};
 use crate::checked::{check_size, created, filled_buffer, prepared};
 use crate::layout::{ImagePlane, VolumeUniform};
 use crate::pass::{
-    ComputePass, Dispatch, DrawPass, DrawTarget, Step, compute_pipeline, depth_texture, drawn, storage,
-    storage_texture, storage_written, uniform,
+    Call, ComputePass, Dispatch, Draw, DrawPass, DrawTarget, Step, compute_pipeline, depth_texture, drawn,
+    storage, storage_texture, storage_written, uniform,
 };
 use crate::{CreateError, PrepareError, shader};
 
@@ -184,13 +184,9 @@ impl FacePasses {
             })
         };
         let draw = |label: &str, pipeline: &wgpu::RenderPipeline, target| {
-            Step::Draw(DrawPass {
-                label: label.into(),
-                pipeline: pipeline.clone(),
-                group: group_of(),
-                target,
-                arguments: (volume.head.clone(), DRAW_AT),
-            })
+            let call = Call::Indirect(volume.head.clone(), DRAW_AT);
+            let draw = Draw { pipeline: pipeline.clone(), group: group_of(), call };
+            Step::Draw(DrawPass { label: label.into(), target, draws: vec![draw] })
         };
         match &self.drawn {
             Drawn::Blended(pipeline) => {

@@ -1,0 +1,355 @@
+//! The draw of a light volume's surface into sums of signed airlight. Twin of `shaders/lightvolume/{grid,leaf_surface,
+//! walls,seams,settle}.wgsl`.
+
+use std::collections::HashMap;
+
+use shadowmap::ProjectionKind;
+
+use super::tessellation::DRAW_AT;
+use super::{Leaves, TessellationPasses};
+use crate::checked::{created, filled_buffer, prepared};
+use crate::layout::{LightUniform, MeshUniform};
+use crate::pass::{
+    Call, ComputePass, Dispatch, Draw, DrawPass, DrawTarget, Step, compute_pipeline, drawn, storage,
+    storage_texture, storage_written, texture, uniform,
+};
+use crate::{CreateError, PrepareError, ShadowMap, shader};
+
+/// What is drawn into where float32 blends.
+const BLENDED: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
+
+/// What is drawn into, and nothing written, where it does not: a render pass has to have a target.
+const UNUSED: wgpu::TextureFormat = wgpu::TextureFormat::R8Unorm;
+
+/// A part of the surface.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+enum Part {
+    /// All cells of the map.
+    Grid,
+    /// Leaves of a tessellation, with their walls.
+    Leaves,
+    /// What closes a single image.
+    Walls,
+    /// What joins the images of a cube.
+    Seams,
+}
+
+impl Part {
+    const fn file(self) -> &'static str {
+        match self {
+            Self::Grid => "lightvolume/grid",
+            Self::Leaves => "lightvolume/leaf_surface",
+            Self::Walls => "lightvolume/walls",
+            Self::Seams => "lightvolume/seams",
+        }
+    }
+}
+
+/// The constants that a light's draws are specialised by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(crate) struct VolumeVariant {
+    /// 0 point, 1 spot, 2 directional.
+    pub(crate) light: u8,
+    pub(crate) achromatic: bool,
+    pub(crate) isotropic: bool,
+}
+
+/// What a light volume is drawn for.
+#[derive(Debug)]
+pub(crate) struct VolumeTarget<'a> {
+    pub(crate) variant: VolumeVariant,
+    pub(crate) map: &'a ShadowMap,
+    /// The leaves of its tessellation; all cells without one.
+    pub(crate) leaves: Option<&'a Leaves>,
+    pub(crate) mesh: MeshUniform,
+    pub(crate) light: &'a LightUniform,
+    pub(crate) view: &'a wgpu::Buffer,
+    pub(crate) size: (u32, u32),
+    pub(crate) ray_ends: &'a wgpu::TextureView,
+    /// Where float32 does not blend, the unshadowed airlight of the view.
+    pub(crate) unshadowed: &'a wgpu::TextureView,
+    /// A texture of one texel.
+    pub(crate) stand_in: &'a wgpu::TextureView,
+    /// What the sums are left in, rgba32float.
+    pub(crate) sums: &'a wgpu::Texture,
+    pub(crate) label: &'a str,
+}
+
+/// What a technique that draws light volumes needs on a device.
+#[derive(Debug)]
+pub(crate) struct LightVolumePasses {
+    pub(crate) tessellation: TessellationPasses,
+    blends: bool,
+    layout: wgpu::BindGroupLayout,
+    pipelines: HashMap<(Part, VolumeVariant), wgpu::RenderPipeline>,
+    settle: (wgpu::BindGroupLayout, wgpu::ComputePipeline),
+    /// Stands in for leaves and sums.
+    spare: [wgpu::Buffer; 2],
+}
+
+impl LightVolumePasses {
+    pub(crate) fn new(device: &wgpu::Device) -> Result<Self, CreateError> {
+        let (flat, array) = (wgpu::TextureViewDimension::D2, wgpu::TextureViewDimension::D2Array);
+        let entries = [
+            uniform(0),
+            texture(1, flat),
+            uniform(2),
+            texture(3, array),
+            uniform(4),
+            storage(5),
+            storage_written(6),
+            texture(7, flat),
+            texture(8, flat),
+        ]
+        .map(drawn);
+        let layout = |label, entries: &[wgpu::BindGroupLayoutEntry]| {
+            device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries })
+        };
+        let name = "lightvolume/settle";
+        let settle = layout(name, &[storage(0), storage_texture(1, BLENDED, flat)]);
+        let pipeline = compute_pipeline(device, name, &[&settle], &[])?;
+        let spare = created(device, "light volumes", || {
+            [(); 2].map(|()| {
+                filled_buffer(device, "light volume stand-in", &[0; 16], wgpu::BufferUsages::STORAGE)
+            })
+        })?;
+        Ok(Self {
+            tessellation: TessellationPasses::new(device)?,
+            blends: device.features().contains(wgpu::Features::FLOAT32_BLENDABLE),
+            layout: layout("light volume", &entries),
+            pipelines: HashMap::new(),
+            settle: (settle, pipeline),
+            spare,
+        })
+    }
+
+    /// Whether sums are blended; otherwise they are shares of the unshadowed airlight in fixed point.
+    pub(crate) fn blends(&self) -> bool {
+        self.blends
+    }
+
+    /// Makes the pipelines of a light's draws.
+    pub(crate) fn reserve(
+        &mut self,
+        device: &wgpu::Device,
+        variant: VolumeVariant,
+        adaptive: bool,
+    ) -> Result<(), CreateError> {
+        let surface = if adaptive { Part::Leaves } else { Part::Grid };
+        let closing = match (variant.light, adaptive) {
+            (0, _) => Some(Part::Seams),
+            (_, false) => Some(Part::Walls),
+            (_, true) => None,
+        };
+        for part in std::iter::once(surface).chain(closing) {
+            if !self.pipelines.contains_key(&(part, variant)) {
+                let pipeline = self.pipeline(device, part, variant)?;
+                self.pipelines.insert((part, variant), pipeline);
+            }
+        }
+        Ok(())
+    }
+
+    /// The steps that sum the crossings of a light's volume with the rays of a view.
+    pub(crate) fn steps(&self, device: &wgpu::Device, to: &VolumeTarget<'_>) -> Vec<Step> {
+        let mut steps = Vec::new();
+        let pixels = u64::from(to.size.0) * u64::from(to.size.1);
+        let fixed = (!self.blends).then(|| {
+            device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("light volume sums"),
+                size: 12 * pixels,
+                usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            })
+        });
+        steps.extend(fixed.clone().map(Step::Clear));
+        let group = self.group(device, to, fixed.as_ref().unwrap_or(&self.spare[1]));
+        let draws = self.calls(to).into_iter().filter_map(|(part, call)| {
+            let pipeline = self.pipelines.get(&(part, to.variant))?.clone();
+            Some(Draw { pipeline, group: group.clone(), call })
+        });
+        let view_of = |texture: &wgpu::Texture| texture.create_view(&wgpu::TextureViewDescriptor::default());
+        let target = match fixed {
+            None => view_of(to.sums),
+            Some(_) => view_of(&unused_target(device, to.size)),
+        };
+        steps.push(Step::Draw(DrawPass {
+            label: format!("{}, surface", to.label),
+            target: DrawTarget::Color(target, wgpu::Color::TRANSPARENT),
+            draws: draws.collect(),
+        }));
+        if let Some(fixed) = fixed {
+            let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some("light volume sums"),
+                layout: &self.settle.0,
+                entries: &[
+                    wgpu::BindGroupEntry { binding: 0, resource: fixed.as_entire_binding() },
+                    wgpu::BindGroupEntry {
+                        binding: 1,
+                        resource: wgpu::BindingResource::TextureView(&view_of(to.sums)),
+                    },
+                ],
+            });
+            steps.push(Step::Compute(ComputePass {
+                label: format!("{}, sums", to.label),
+                pipeline: self.settle.1.clone(),
+                groups: vec![group],
+                dispatch: Dispatch::Groups([to.size.0.div_ceil(8), to.size.1.div_ceil(8), 1]),
+            }));
+        }
+        steps
+    }
+
+    /// Which parts of a surface there are, and how many vertices they have.
+    fn calls(&self, to: &VolumeTarget<'_>) -> Vec<(Part, Call)> {
+        let (columns, rows) = to.map.size();
+        let (columns, rows) = (columns.saturating_sub(1), rows.saturating_sub(1));
+        let faces = to.map.projection().faces().len() as u32;
+        let cube = to.map.projection().kind() == ProjectionKind::Cube;
+        let mut calls = Vec::new();
+        if columns > 0 && rows > 0 {
+            calls.push(match to.leaves {
+                Some(leaves) => {
+                    let arguments = (leaves.head.clone(), DRAW_AT);
+                    (Part::Leaves, Call::Indexed { indices: leaves.indices.clone(), arguments })
+                }
+                None => (Part::Grid, Call::Direct { vertices: 6 * columns * rows, instances: faces }),
+            });
+            if !cube && to.leaves.is_none() {
+                calls.push((Part::Walls, Call::Direct { vertices: 6 * (columns + rows), instances: 1 }));
+            }
+        }
+        if cube {
+            calls.push((Part::Seams, Call::Direct { vertices: 72 * columns + 24, instances: 1 }));
+        }
+        calls
+    }
+
+    fn group(&self, device: &wgpu::Device, to: &VolumeTarget<'_>, sums: &wgpu::Buffer) -> wgpu::BindGroup {
+        let uniform = |label, bytes: &[u8]| filled_buffer(device, label, bytes, wgpu::BufferUsages::UNIFORM);
+        let light = uniform("light volume light", bytemuck::bytes_of(to.light));
+        let mesh = uniform("light volume frame", bytemuck::bytes_of(&to.mesh));
+        let heights = to.map.heights().create_view(&wgpu::TextureViewDescriptor {
+            dimension: Some(wgpu::TextureViewDimension::D2Array),
+            ..Default::default()
+        });
+        let leaves = to.leaves.map_or(&self.spare[0], |leaves| &leaves.leaves);
+        let view = wgpu::BindingResource::TextureView;
+        let resources = [
+            to.view.as_entire_binding(),
+            view(to.ray_ends),
+            light.as_entire_binding(),
+            view(&heights),
+            mesh.as_entire_binding(),
+            leaves.as_entire_binding(),
+            sums.as_entire_binding(),
+            view(to.unshadowed),
+            view(to.stand_in),
+        ];
+        let entries: Vec<_> = resources
+            .into_iter()
+            .zip(0..)
+            .map(|(resource, binding)| wgpu::BindGroupEntry { binding, resource })
+            .collect();
+        device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("light volume"),
+            layout: &self.layout,
+            entries: &entries,
+        })
+    }
+
+    fn pipeline(
+        &self,
+        device: &wgpu::Device,
+        part: Part,
+        variant: VolumeVariant,
+    ) -> Result<wgpu::RenderPipeline, CreateError> {
+        let source = shader::assemble(part.file())?;
+        let flag = |value: bool| f64::from(u8::from(value));
+        let constants = [
+            ("LIGHT", f64::from(variant.light)),
+            ("ACHROMATIC", flag(variant.achromatic)),
+            ("ISOTROPIC", flag(variant.isotropic)),
+            ("FIXED", flag(!self.blends)),
+        ];
+        let vertex_constants = [constants[0]];
+        let sum = wgpu::BlendComponent {
+            src_factor: wgpu::BlendFactor::One,
+            dst_factor: wgpu::BlendFactor::One,
+            operation: wgpu::BlendOperation::Add,
+        };
+        let target = if self.blends {
+            wgpu::ColorTargetState {
+                format: BLENDED,
+                blend: Some(wgpu::BlendState { color: sum, alpha: sum }),
+                write_mask: wgpu::ColorWrites::ALL,
+            }
+        } else {
+            wgpu::ColorTargetState { format: UNUSED, blend: None, write_mask: wgpu::ColorWrites::empty() }
+        };
+        created(device, part.file(), || {
+            let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+                label: Some(part.file()),
+                source: wgpu::ShaderSource::Wgsl(source.into()),
+            });
+            let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: Some(part.file()),
+                bind_group_layouts: &[Some(&self.layout)],
+                ..Default::default()
+            });
+            let options = |constants| wgpu::PipelineCompilationOptions { constants, ..Default::default() };
+            device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+                label: Some(part.file()),
+                layout: Some(&layout),
+                vertex: wgpu::VertexState {
+                    module: &module,
+                    entry_point: Some("vs_main"),
+                    compilation_options: options(&vertex_constants),
+                    buffers: &[],
+                },
+                primitive: wgpu::PrimitiveState::default(),
+                depth_stencil: None,
+                multisample: wgpu::MultisampleState::default(),
+                fragment: Some(wgpu::FragmentState {
+                    module: &module,
+                    entry_point: Some("fs_main"),
+                    compilation_options: options(&constants),
+                    targets: &[Some(target)],
+                }),
+                multiview_mask: None,
+                cache: None,
+            })
+        })
+    }
+}
+
+/// A target of which nothing is written.
+fn unused_target(device: &wgpu::Device, size: (u32, u32)) -> wgpu::Texture {
+    device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("light volume, no target"),
+        size: wgpu::Extent3d { width: size.0, height: size.1, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: UNUSED,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
+        view_formats: &[],
+    })
+}
+
+/// A texture for the sums of a view.
+pub(crate) fn sums_texture(device: &wgpu::Device, size: (u32, u32)) -> Result<wgpu::Texture, PrepareError> {
+    use wgpu::TextureUsages as Usage;
+    prepared(device, "the sums of a light volume", || {
+        device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("light volume sums"),
+            size: wgpu::Extent3d { width: size.0, height: size.1, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: BLENDED,
+            usage: Usage::RENDER_ATTACHMENT | Usage::TEXTURE_BINDING | Usage::STORAGE_BINDING,
+            view_formats: &[],
+        })
+    })
+}

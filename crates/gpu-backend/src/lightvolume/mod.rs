@@ -1,0 +1,49 @@
+//! Light volumes on the GPU: the surface that is extruded from a light's map, tessellated in compute, and drawn into sums
+//! of signed airlight (Billeter, Sintorn and Assarsson 2010).
+//!
+//! A light that stands still keeps its tessellation. Twins of `shaders/lightvolume/`; the same on the CPU is in
+//! `lightvolume`.
+
+mod draw;
+mod tessellation;
+
+pub(crate) use draw::{LightVolumePasses, VolumeTarget, VolumeVariant, sums_texture};
+pub use tessellation::LeafCount;
+pub(crate) use tessellation::{Leaves, Settings, TessellationPasses};
+
+/// Most leaves of a tessellation unless told otherwise: 46 MB.
+pub const DEFAULT_MOST_LEAVES: u32 = 1 << 20;
+
+/// How a quad of a map is found to be too coarse.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Criterion {
+    /// The greatest Laplacian of the depth under it: the paper's edge map.
+    Laplacian,
+    /// A bound on how far the surface moves along the light's rays if it is not split.
+    #[default]
+    Distance,
+}
+
+/// How the surface of a light volume is divided into triangles.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Tessellation {
+    /// Two triangles for each cell between the map's texels.
+    Grid,
+    /// Quads of a balanced quadtree, split where they are too coarse.
+    Adaptive {
+        /// What is compared with the threshold.
+        criterion: Criterion,
+        /// Units: m.
+        threshold: f32,
+        /// Most leaves that there is room for; where more are needed, the finest levels are left out, and the statistics
+        /// say so.
+        most_leaves: u32,
+    },
+}
+
+impl Default for Tessellation {
+    /// By distance, a centimetre.
+    fn default() -> Self {
+        Self::Adaptive { criterion: Criterion::Distance, threshold: 0.01, most_leaves: DEFAULT_MOST_LEAVES }
+    }
+}
