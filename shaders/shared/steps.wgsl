@@ -8,7 +8,8 @@ struct Steps {
     kind: u32,      // one of the constants below
     x_foot: f32,
     h: f32,
-    angle: f32,     // of the piece's start, seen from the light
+    side: f32,      // of the foot that the piece is on: 1 behind it, -1 before it, 0 on both
+    angle: f32,     // of the piece's start, seen from the light: from the foot, or from the ray's end on that side
     turn: f32,      // from there to the angle of its end
 }
 
@@ -16,9 +17,13 @@ const EQUAL_STEPS: u32 = 0u;
 const EQUAL_ANGLES: u32 = 1u;
 const EQUAL_TRANSMITTANCE: u32 = 2u;
 
-// The angle of x from the foot, in (-pi/2, pi/2).
-fn angle_at(x: f32, x_foot: f32, h: f32) -> f32 {
-    let a = x - x_foot;
+// The angle of a point of the ray, `a` behind the foot: from the foot in (-pi/2, pi/2) for a piece on both of its sides. On
+// one side it is measured from the ray's end there, which is far away: where a ray leads straight to the light that angle
+// is tiny, and its digits, which are all that tells points apart, would be lost beside pi/2.
+fn angle_at(a: f32, h: f32, side: f32) -> f32 {
+    if side != 0.0 {
+        return accurate_angle(h, abs(a));
+    }
     return select(1.0, -1.0, a < 0.0) * accurate_angle(abs(a), h);
 }
 
@@ -30,13 +35,16 @@ fn steps_of(foot: Foot, piece: vec2f, angles: bool, directional: bool) -> Steps 
     } else if !directional && (angles || infinite) {
         kind = EQUAL_ANGLES;
     }
+    let a = piece - foot.x_foot;
+    let side = select(select(0.0, -1.0, a.y < 0.0), 1.0, a.x > 0.0);
     var angle = 0.0;
     var turn = 0.0;
     if kind == EQUAL_ANGLES {
-        angle = angle_at(piece.x, foot.x_foot, foot.h);
-        turn = select(angle_at(piece.y, foot.x_foot, foot.h), HALF_PI, infinite) - angle;
+        angle = angle_at(a.x, foot.h, side);
+        let end = select(HALF_PI, 0.0, side != 0.0);
+        turn = select(angle_at(a.y, foot.h, side), end, infinite) - angle;
     }
-    return Steps(piece, kind, foot.x_foot, foot.h, angle, turn);
+    return Steps(piece, kind, foot.x_foot, foot.h, side, angle, turn);
 }
 
 // The distance at a share of the piece, in the measure in which its steps are equal.
@@ -50,7 +58,8 @@ fn share_at(steps: Steps, t: f32) -> f32 {
     if t == 0.0 {
         return steps.piece.x;
     }
-    return steps.x_foot + steps.h * accurate_tan(steps.angle + steps.turn * t);
+    let tangent = accurate_tan(steps.angle + steps.turn * t);
+    return steps.x_foot + steps.h * select(tangent, steps.side / max(tangent, 1e-30), steps.side != 0.0);
 }
 
 // The distance at which step `i` begins; the middle of step i is at i + 0.5.

@@ -14,13 +14,15 @@ mod common;
 use std::sync::Arc;
 
 use common::{Stage, compare, fog, gpu, gpus, render, upload};
+use glam::Vec3;
 use gpu_backend::{
     AirlightForm, Faces, Fog, Frame, GpuBvh, GpuContext, Hybrid, Lamp, LightPicture, Lookup, Placement,
     PrepareError, SceneDepth, ShadowCasters, ShadowMap, ShadowVolume, Shadows, Technique, View,
 };
 use hybrid_march::{Adjacency, FaceBounds, LightMips, LowResolution, Occluders, Silhouette};
 use scene::{
-    AirlightModel, BvhVisibility, Light, LightTexture, SpotLight, TextureFilter, Visibility, WideBvh,
+    Aabb, AirlightModel, BvhVisibility, Camera, Light, LightTexture, Material, Mesh, PointLight, Scene,
+    SpotLight, TextureFilter, Visibility, WideBvh,
 };
 use shadowmap::{Bias, Filter, MapSurface, MapVisibility};
 
@@ -125,7 +127,7 @@ impl<'a> Case<'a> {
                 let (x, y) = (index % columns, index / columns);
                 let ray = low.low_ray(&stage.camera, x, y);
                 // a light without shadows: its faces do not matter
-                if end == 0.0 { glam::Vec3::ZERO } else { march.airlight(&ray, end.into(), &[None]).airlight }
+                if end == 0.0 { Vec3::ZERO } else { march.airlight(&ray, end.into(), &[None]).airlight }
             };
             blocks.map(value).collect::<Vec<_>>()
         });
@@ -204,6 +206,65 @@ fn marches_by_shadow_rays_agree() {
         println!("{kind}: rel_rmse {rmse:.2e}");
         assert!(rmse <= AGREE, "{kind}: rel_rmse {rmse:.2e}");
     }
+}
+
+/// A light in a closed box, which one pixel looks straight at: so near to its ray that beside a right angle single precision
+/// leaves nothing of the distances along it. Nothing is lit.
+#[test]
+fn a_boxed_light_stays_dark_where_a_ray_leads_straight_to_it() {
+    let Some(gpu) = gpu() else { return };
+    let corners = Aabb::around([Vec3::splat(-0.5), Vec3::splat(0.5)]);
+    let positions = hybrid_march::bounding_box(&corners).concat();
+    let triangles = (0..positions.len() as u32 / 3).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+    let scene = Scene {
+        meshes: vec![Mesh::new(positions, triangles, 0).unwrap()],
+        materials: vec![Material::default()],
+        ..Scene::default()
+    };
+    let camera = Camera::look_at(Vec3::new(0.3, 0.4, 4.0), Vec3::ZERO, Vec3::Y, 0.8).unwrap();
+    // odd, so that one pixel looks exactly where the camera does
+    let stage = Stage::new("box", scene, camera, (9, 9), 1.0);
+    let light = Light::Point(PointLight::new(Vec3::ZERO, Vec3::splat(10.0)).unwrap());
+    let bvh = GpuBvh::upload(&gpu.device, &WideBvh::build(&stage.scene).unwrap()).unwrap();
+    for faces in [Faces::Pixels, Hybrid::default().faces] {
+        let case = Case::new(&stage, &light, Hybrid { faces, ..Hybrid::default() });
+        let shadows = Shadows::Rays { bvh: &bvh, casters: stage.bvh.bounds() };
+        let got = case.on_gpu(&gpu, &mut fog(&gpu), shadows);
+        let lit: Vec<_> = got.iter().enumerate().filter(|(_, value)| value[0] > 0.0).collect();
+        assert!(lit.is_empty(), "{faces:?}: {lit:?}");
+    }
+}
+
+/// Hills on four metres a side.
+fn hills(side: u32) -> Scene {
+    let at = |i: u32| {
+        let [x, z] = [i % side, i / side].map(|k| 4.0 * (k as f32 / side as f32 - 0.5));
+        Vec3::new(x, 0.35 * ((5.0 * x).sin() * (4.0 * z).cos()) + 0.02 * (90.0 * x).sin() - 0.3, z)
+    };
+    let cells = (0..side * (side - 1)).filter(|i| (i + 1) % side != 0);
+    let triangles = cells.flat_map(|i| [[i, i + side, i + 1], [i + 1, i + side, i + side + 1]]).collect();
+    let mesh = Mesh::new((0..side * side).map(at).collect(), triangles, 0).unwrap();
+    Scene { meshes: vec![mesh], materials: vec![Material::default()], ..Scene::default() }
+}
+
+/// View rays without an end over a large mesh, with faces thousands of scenes away: to a shadow ray from there the whole
+/// hierarchy is one line. It would visit all of it, and some drivers end all loops of a ray after 65,535 trips: what came
+/// after would be lit.
+#[test]
+fn nothing_is_asked_where_no_light_is_left() {
+    let Some(gpu) = gpu() else { return };
+    let camera = Camera::look_at(Vec3::new(0.3, 0.4, 4.0), Vec3::ZERO, Vec3::Y, 0.8).unwrap();
+    let stage = Stage::new("hills", hills(200), camera, (17, 17), 1.0);
+    let light = Light::Point(PointLight::new(Vec3::new(0.3, 0.35, -1.2), Vec3::splat(10.0)).unwrap());
+    let bvh = GpuBvh::upload(&gpu.device, &WideBvh::build(&stage.scene).unwrap()).unwrap();
+    let case = Case::new(&stage, &light, Hybrid { samples: 48, ..Hybrid::default() });
+    let shadows = Shadows::Rays { bvh: &bvh, casters: stage.bvh.bounds() };
+    let got = case.on_gpu(&gpu, &mut fog(&gpu), shadows);
+    let lights = [light.clone()];
+    let want = case.on_cpu(&BvhVisibility::new(&stage.bvh, &lights), 0.0);
+    let (rmse, _) = compare(&got, &want);
+    println!("rel_rmse {rmse:.2e}");
+    assert!(rmse <= AGREE, "rel_rmse {rmse:.2e}");
 }
 
 /// Panes with leads between them.
