@@ -69,6 +69,12 @@ impl Picture {
     }
 }
 
+/// Whether shadow maps are drawn for a picture; what no light is scattered by shows no shadow.
+pub(crate) fn draws_maps(setup: &Setup, technique: Technique, options: &Options) -> bool {
+    let visible = options.shadows_in_medium && !setup.medium.coefficients.is_clear();
+    visible && technique.reads_maps(options.visibility)
+}
+
 /// Renders `setup` with `technique`, its airlight and surfaces on `gpu` if one is given.
 ///
 /// Progress is shown under `label`, and not at all without one.
@@ -84,9 +90,7 @@ pub(crate) fn render(
 ) -> Outcome<Picture> {
     check(setup, technique, "--technique")?;
     let rays = ViewRays::trace(&setup.camera, bvh, options.size);
-    // what no light is scattered by shows no shadow either
-    let visible = options.shadows_in_medium && !setup.medium.coefficients.is_clear();
-    let maps = if visible && technique.reads_maps(options.visibility) {
+    let maps = if draws_maps(setup, technique, options) {
         Maps::draw(setup, &options.map)?
     } else {
         Maps::none(setup.lights.len())

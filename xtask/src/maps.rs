@@ -60,11 +60,19 @@ impl Default for MapOptions {
 }
 
 impl MapOptions {
-    /// Fails if a map of this size encloses nothing in its meaning.
-    pub(crate) fn check(&self) -> Outcome {
+    /// Fails if a map of this size encloses nothing in its meaning, or if the maps of all lights are too large together.
+    pub(crate) fn check(&self, setup: &Setup) -> Outcome {
         if self.side < 2 && self.surface == MapSurface::Linear {
             return Err(Failure::input(format!(
                 "--shadow-map {}: with --map-surface linear it takes at least 2",
+                self.side
+            )));
+        }
+        let faces = |light: &Light| if matches!(light, Light::Point(_)) { 6 } else { 1 };
+        let texels = setup.lights.iter().map(faces).sum::<u64>() * u64::from(self.side).pow(2);
+        if texels > MOST_TEXELS && setup.scene.triangle_count() > 0 {
+            return Err(Failure::input(format!(
+                "--shadow-map {}: the maps of all lights together need {texels} texels, more than {MOST_TEXELS}",
                 self.side
             )));
         }
@@ -92,15 +100,7 @@ impl Maps {
     /// A spot's map has the frustum that its meaning needs: exactly around the cone for steps, a texel wider for the
     /// linear meaning, which would cut the cone otherwise.
     pub(crate) fn draw(setup: &Setup, options: &MapOptions) -> Outcome<Self> {
-        options.check()?;
-        let faces = |light: &Light| if matches!(light, Light::Point(_)) { 6 } else { 1 };
-        let texels = setup.lights.iter().map(faces).sum::<u64>() * u64::from(options.side).pow(2);
-        if texels > MOST_TEXELS && setup.scene.triangle_count() > 0 {
-            return Err(Failure::input(format!(
-                "--shadow-map {}: the maps of all lights together need {texels} texels, more than {MOST_TEXELS}",
-                options.side
-            )));
-        }
+        options.check(setup)?;
         let started = Instant::now();
         let maps = draw_maps_for(&setup.lights, &setup.scene, options.side, options.surface.into())
             .map_err(|e| Failure::input(format!("--shadow-map {}: {e}", options.side)))?;
@@ -138,10 +138,17 @@ mod tests {
     }
 
     #[test]
-    fn one_texel_has_no_linear_meaning() {
-        let options = |side, surface| MapOptions { side, surface };
-        assert!(options(1, MapSurface::Step).check().is_ok());
-        assert!(options(2, MapSurface::Linear).check().is_ok());
-        assert_eq!(options(1, MapSurface::Linear).check().unwrap_err().code(), 2);
+    fn maps_without_a_meaning_or_without_end_are_refused() {
+        let check = |name: &str, side, surface| {
+            MapOptions { side, surface }.check(&SceneArgs::default().resolve(name).unwrap())
+        };
+        let triangle = "procedural:triangle";
+        assert!(
+            check(triangle, 1, MapSurface::Step).is_ok() && check(triangle, 2, MapSurface::Linear).is_ok()
+        );
+        assert_eq!(check(triangle, 1, MapSurface::Linear).unwrap_err().code(), 2);
+        // six faces each
+        assert_eq!(check(triangle, 16384, MapSurface::Step).unwrap_err().code(), 2);
+        assert!(check("procedural:empty", 16384, MapSurface::Step).is_ok(), "nothing is drawn");
     }
 }

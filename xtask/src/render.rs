@@ -202,12 +202,13 @@ pub(crate) fn run(args: &RenderArgs) -> Outcome {
     // the reference may run elsewhere
     let gpu = args.backend.choose(args.adapter.as_deref(), &setup, &techniques[..1])?;
     let options = args.options(gpu.is_some());
-    if techniques.iter().any(|technique| technique.reads_maps(options.visibility)) {
-        options.map.check()?;
+    if techniques.iter().any(|&technique| frame::draws_maps(&setup, technique, &options)) {
+        options.map.check(&setup)?;
     }
+    let picture = frame::render(&setup, &bvh, technique, &options, gpu.as_ref(), &technique.name())?;
+    // not before: what a GPU cannot hold is refused by then, in the only line there is
     setup.say_notes();
     args.say_unused(&techniques, &options);
-    let picture = frame::render(&setup, &bvh, technique, &options, gpu.as_ref(), &technique.name())?;
     let unusable = picture.image.pixels.iter().flatten().filter(|value| !value.is_finite()).count();
     if unusable > 0 {
         return Err(Failure::program(format!(
