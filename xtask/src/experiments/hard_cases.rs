@@ -3,28 +3,22 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use rayon::prelude::*;
-use scene::Bvh;
 use serde_json::json;
 
 use super::equal_error::median;
 use super::hard_case_list::{Case, Weight, cases};
-use super::shots::{device_notes, image, narrow};
+use super::measure::{Arena, Runner, Setting, WARM_FRAMES, base, in_turns};
+use super::shown::clock_note;
 use super::{Context, Preset, experiment, gpu_or_cpu};
 use crate::airlight::Stage;
 use crate::airlight_gpu::{GpuFrame, lacks};
-use crate::failure::{Failure, Outcome};
+use crate::failure::Outcome;
 use crate::image_file::Image;
-use crate::maps::{MapOptions, MapSurface, Maps};
 use crate::metrics::{self, Metrics};
 use crate::report::data::{Bound, Check, Row};
 use crate::report::table::{Column, Table};
 use crate::report::{self, Section};
-use crate::scene_args::Setup;
 use crate::technique::{self, HybridOptions, Options, Technique, VisibilitySource};
-use crate::view_rays::ViewRays;
-
-/// Frames after which a median counts.
-const WARM_FRAMES: usize = 5;
 
 /// Steps of both marches.
 const SAMPLES: u32 = 48;
@@ -86,12 +80,12 @@ impl Way {
         !matches!(self, Self::HybridByRays | Self::MarchByRays)
     }
 
-    fn options(self, base: Options) -> Options {
+    fn setting(self, base: Options) -> Setting {
         let samples = Some(SAMPLES);
         let visibility = if self.reads_map() { VisibilitySource::Map } else { VisibilitySource::Bvh };
         let plain = HybridOptions { tile: 1, refine: 0, ..base.hybrid };
         let hybrid = if self == Self::PlainHybrid { plain } else { base.hybrid };
-        Options { samples, visibility, hybrid, ..base }
+        Setting::new(self.name(), self.technique(), Options { samples, visibility, hybrid, ..base })
     }
 }
 
@@ -210,69 +204,29 @@ fn caught<T>(call: impl FnOnce() -> T) -> Result<T, String> {
     })
 }
 
-struct References {
-    exact: Image,
-    on_map: Image,
-    open: Image,
-}
-
 fn measure(context: &Context, case: &Case, side: u32, map: u32) -> Outcome<Done> {
-    let setup = (case.build)()?;
-    let bvh = Bvh::build(&setup.scene).map_err(Failure::program)?;
-    let base = Options {
-        airlight_only: true,
-        visibility: VisibilitySource::Map,
-        map: MapOptions { side: map, surface: MapSurface::Step },
-        ..Options::new((side, side))
-    };
-    let rays = ViewRays::trace(&setup.camera, &bvh, base.size);
-    let maps = Maps::draw(&setup, &base.map)?;
-    let none = Maps::none(setup.lights.len());
-    let open = Options { shadows_in_medium: false, ..base };
-    let tick = |_: u64| ();
-    let stage = |options, maps| Stage { setup: &setup, bvh: &bvh, options, rays: &rays, maps, tick: &tick };
-    let picture = |technique, options, maps| -> Outcome<Image> {
-        Ok(image(side, narrow(&stage(options, maps).run(technique)?)))
-    };
-    let references = References {
-        exact: picture(Technique::Exact, &base, &maps)?,
-        on_map: picture(Technique::ExactShadowMap, &base, &maps)?,
-        open: picture(Technique::Exact, &open, &none)?,
-    };
-    let all: Vec<(Way, Options)> =
-        Way::of(context.preset).iter().map(|way| (*way, way.options(base))).collect();
+    let arena = Arena::new(&*case.name, (case.build)()?, base(side, map))?;
+    let ways = Way::of(context.preset);
+    let settings: Vec<Setting> = ways.iter().map(|way| way.setting(arena.base)).collect();
     let stages: Vec<Stage<'_>> =
-        all.iter().map(|(c, options)| stage(options, if c.reads_map() { &maps } else { &none })).collect();
-    let cells = run_cells(context, &setup, &all, &stages, &references)?;
+        settings.iter().map(|setting| arena.stage(setting)).collect::<Outcome<_>>()?;
+    let cells = run_cells(context, &arena, ways, &stages)?;
     let gpu_refusal = match &context.gpu {
-        Some(gpu) if lacks(&setup, Technique::BruteForce).is_some() => stages.first().and_then(|stage| {
-            caught(|| GpuFrame::new(gpu, stage, Technique::BruteForce).err().map(|f| f.to_string()))
-                .unwrap_or_else(|text| Some(format!("PANIC: {text}")))
-        }),
+        Some(gpu) if lacks(&arena.setup, Technique::BruteForce).is_some() => {
+            stages.first().and_then(|stage| {
+                caught(|| GpuFrame::new(gpu, stage, Technique::BruteForce).err().map(|f| f.to_string()))
+                    .unwrap_or_else(|text| Some(format!("PANIC: {text}")))
+            })
+        }
         _ => None,
     };
     Ok(Done {
         name: case.name.clone(),
-        triangles: setup.scene.triangle_count() as u64,
+        triangles: arena.triangles(),
         cells,
         gpu_refusal,
-        lights: setup.lights.len(),
+        lights: arena.setup.lights.len(),
     })
-}
-
-/// A technique that is ready to render one frame after the other.
-enum Runner<'a> {
-    Gpu(Box<GpuFrame<'a>>),
-    Cpu(&'a Stage<'a>, Technique),
-}
-
-impl Runner<'_> {
-    fn time(&mut self) -> Outcome<f64> {
-        match self {
-            Self::Gpu(frame) => Ok(frame.render(true)?.ms),
-            Self::Cpu(stage, technique) => Ok(stage.run(*technique)?.ms),
-        }
-    }
 }
 
 /// A ready technique with its first picture.
@@ -283,60 +237,48 @@ type Prepared<'a> = (Way, Option<String>, Result<Outcome<Ready<'a>>, String>);
 
 fn run_cells<'a>(
     context: &'a Context,
-    setup: &Setup,
-    all: &[(Way, Options)],
+    arena: &'a Arena,
+    ways: &[Way],
     stages: &'a [Stage<'a>],
-    references: &References,
 ) -> Outcome<Vec<(Way, Cell)>> {
-    let side = references.exact.width;
     // compiling takes most of the time, so all are prepared side by side, and timed in turns afterwards
-    let prepare = |((column, _), stage): (&(Way, Options), &'a Stage<'a>)| -> Prepared<'a> {
-        let technique = column.technique();
-        let not_on_gpu = context.gpu.as_ref().and_then(|_| lacks(setup, technique));
+    let prepare = |(way, stage): (&Way, &'a Stage<'a>)| -> Prepared<'a> {
+        let technique = way.technique();
+        let not_on_gpu = context.gpu.as_ref().and_then(|_| lacks(&arena.setup, technique));
         let gpu = context.gpu.as_ref().filter(|_| not_on_gpu.is_none());
         let start = caught(|| -> Outcome<Ready<'a>> {
-            technique::check(setup, technique, "--technique")?;
-            match gpu {
-                Some(gpu) => {
-                    let mut frame = GpuFrame::new(gpu, stage, technique)?;
-                    frame.render(true)?;
-                    let pixels = frame.read()?;
-                    Ok((Runner::Gpu(Box::new(frame)), pixels))
-                }
-                None => Ok((Runner::Cpu(stage, technique), narrow(&stage.run(technique)?))),
-            }
+            technique::check(&arena.setup, technique, "--technique")?;
+            let mut runner = Runner::new(gpu, stage, technique)?;
+            let first = runner.first()?;
+            Ok((runner, first.pixels))
         });
-        (*column, not_on_gpu, start)
+        (*way, not_on_gpu, start)
     };
-    let mut ready: Vec<Prepared<'a>> = all.par_iter().zip(stages).map(prepare).collect();
-    let mut times: Vec<Vec<f64>> = vec![Vec::new(); ready.len()];
-    for _ in 0..WARM_FRAMES {
-        for ((_, _, start), times) in ready.iter_mut().zip(&mut times) {
-            if let Ok(Ok((runner, _))) = start {
-                times.push(runner.time()?);
-            }
-        }
-    }
+    let mut ready: Vec<Prepared<'a>> = ways.par_iter().zip(stages).map(prepare).collect();
+    let times = in_turns(&mut ready, |(_, _, start)| match start {
+        Ok(Ok((runner, _))) => Ok(runner.frame(true)?.0),
+        _ => Ok(f64::NAN),
+    })?;
+    let (width, height) = arena.base.size;
     let mut cells = Vec::new();
-    for ((column, not_on_gpu, start), mut times) in ready.into_iter().zip(times) {
+    for ((way, not_on_gpu, start), times) in ready.into_iter().zip(times) {
         let cell = match start {
             Err(text) => Cell::Panicked(text),
             Ok(Err(failure)) => Cell::Refused(failure.to_string()),
             Ok(Ok((runner, pixels))) => {
-                times.sort_by(f64::total_cmp);
-                let image = image(side, pixels);
-                let compare = |reference| metrics::compare(&image, reference, Some(&references.open), None);
+                let image = Image { width, height, pixels };
+                let compare = |reference| metrics::compare(&image, reference, Some(&arena.unshadowed), None);
                 Cell::Measured(Box::new(Measured {
                     ms: median(&times).unwrap_or(f64::NAN),
-                    on_gpu: matches!(runner, Runner::Gpu(_)),
+                    on_gpu: runner.gpu.is_some(),
                     not_on_gpu,
-                    on_map: compare(&references.on_map)?,
-                    on_geometry: compare(&references.exact)?,
+                    on_map: compare(&arena.map.exact)?,
+                    on_geometry: compare(&arena.exact)?,
                     negative: image.pixels.iter().flatten().filter(|value| **value < 0.0).count() as u64,
                 }))
             }
         };
-        cells.push((column, cell));
+        cells.push((way, cell));
     }
     Ok(cells)
 }
@@ -448,6 +390,6 @@ fn notes(context: &Context, side: u32, map: u32) -> Vec<String> {
         format!("Pictures are {side}×{side}, an odd side, so that the middle pixel looks exactly where the camera does; maps are {map}²."),
         "On the GPU wherever it takes a case, else on the CPU, which the cell says. Silhouettes and pyramids are made anew in every frame.".into(),
     ];
-    notes.extend(device_notes(context));
+    notes.extend(clock_note(context));
     notes
 }

@@ -5,27 +5,20 @@
 
 use std::collections::BTreeMap;
 
-use scene::Bvh;
 use serde_json::json;
 
-use super::equal_error::{interpolate, median};
+use super::equal_error::interpolate;
+use super::measure::{Arena, Measured, Rebuild, Setting, base};
+use super::shown::{self, clock_note, display_scale, slug};
 use super::{Context, Preset, experiment, gpu_or_cpu};
-use crate::airlight::{Airlight, Stage};
-use crate::airlight_gpu::GpuFrame;
-use crate::failure::{Failure, Outcome};
-use crate::image_file::{Image, error_picture, to_srgb8};
-use crate::maps::{MapOptions, MapSurface, Maps};
-use crate::metrics::{self, Metrics};
+use crate::failure::Outcome;
+use crate::image_file::Image;
 use crate::report::data::{Bound, Check, EqualError, Row};
 use crate::report::table::{Column, Table};
-use crate::report::{self, Axis, Cost, Panel, PanelKind, PictureRow, Plot, Section, Series};
+use crate::report::{self, Axis, PictureRow, Plot, Section, Series};
 use crate::scene_args::Setup;
 use crate::setups::{LightKind, Source};
-use crate::technique::{Options, Technique, VisibilitySource};
-use crate::view_rays::ViewRays;
-
-/// Frames after which a median counts for a ratio.
-const WARM_FRAMES: usize = 5;
+use crate::technique::{Options, Technique};
 
 /// Errors at which times are compared, and how much faster the traversal is to be there.
 const TARGETS: [(f64, f64); 2] = [(0.01, 2.0), (0.002, 8.0)];
@@ -62,77 +55,9 @@ fn plan(preset: Preset) -> Plan {
     }
 }
 
-/// What is timed on one map.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Setting {
-    /// The traversal; whether its pyramid is built in every frame.
-    Exact {
-        rebuilt: bool,
-    },
-    March(u32),
-}
-
-impl Setting {
-    fn name(self) -> String {
-        match self {
-            Self::Exact { rebuilt: false } => "exact-shadow-map".into(),
-            Self::Exact { rebuilt: true } => "exact-shadow-map, pyramid rebuilt".into(),
-            Self::March(samples) => format!("brute force, {samples} samples"),
-        }
-    }
-}
-
-/// One setting's frames.
-struct Result {
-    setting: Setting,
-    image: Image,
-    times: Vec<f64>,
-    /// Times of the passes that build the pyramid.
-    pyramid_ms: Vec<f64>,
-    samples: u64,
-    pyramid_bytes: u64,
-    /// Against the exact picture of the same map.
-    on_map: Metrics,
-    /// Against the exact picture of the geometry.
-    on_geometry: Metrics,
-}
-
-impl Result {
-    fn ms(&self) -> Option<f64> {
-        median(&self.times)
-    }
-
-    fn map_error(&self) -> f64 {
-        self.on_map.shadow_err.unwrap_or(f64::NAN)
-    }
-}
-
-/// A technique that is ready to render one frame after the other.
-enum Runner<'a> {
-    Gpu(Box<GpuFrame<'a>>),
-    Cpu(&'a Stage<'a>, Technique),
-}
-
-impl Runner<'_> {
-    /// Time of a frame, and of building pyramids where that is known; units: ms.
-    fn frame(&mut self, rebuild: bool) -> Outcome<(f64, Option<f64>)> {
-        match self {
-            Self::Gpu(frame) => {
-                let times = frame.render(rebuild)?;
-                let building = times.passes.iter().filter(|pass| pass.name.starts_with("pyramid"));
-                Ok((times.ms, building.map(|pass| pass.ms).sum()))
-            }
-            Self::Cpu(stage, technique) => Ok((stage.run(*technique)?.ms, None)),
-        }
-    }
-}
-
-fn image(side: u32, pixels: Vec<[f32; 3]>) -> Image {
-    Image { width: side, height: side, pixels }
-}
-
-fn narrow(airlight: &Airlight) -> Vec<[f32; 3]> {
-    airlight.radiance.iter().map(|radiance| radiance.as_vec3().to_array()).collect()
+/// The traversal's name; whether its pyramid is built in every frame.
+fn exact_name(rebuilt: bool) -> &'static str {
+    if rebuilt { "exact-shadow-map, pyramid rebuilt" } else { "exact-shadow-map" }
 }
 
 /// A scene, lit and mapped.
@@ -141,36 +66,31 @@ struct Case {
     kind: LightKind,
     map: u32,
     triangles: u64,
-    map_bytes: u64,
-    results: Vec<Result>,
+    results: Vec<Measured>,
     exact_on_map: Image,
 }
 
 impl Case {
-    fn exact(&self, rebuilt: bool) -> Option<&Result> {
-        self.results.iter().find(|r| r.setting == Setting::Exact { rebuilt })
+    fn exact(&self, rebuilt: bool) -> Option<&Measured> {
+        self.results.iter().find(|r| r.setting.name == exact_name(rebuilt))
     }
 
-    fn marches(&self) -> impl Iterator<Item = &Result> {
-        self.results.iter().filter(|r| matches!(r.setting, Setting::March(_)))
+    fn marches(&self) -> impl Iterator<Item = &Measured> {
+        self.results.iter().filter(|r| r.setting.technique == Technique::BruteForce)
     }
 
     /// Time that the march needs for an error on the map.
     fn march_ms(&self, target: f64) -> Option<f64> {
-        interpolate(self.marches().filter_map(|r| Some((r.ms()?, r.map_error()))), target)
+        interpolate(self.marches().map(|r| (r.ms(), r.map_error())), target)
     }
 
     /// Steps that the march needs for an error on the map.
     fn march_samples(&self, target: f64) -> Option<f64> {
-        let steps = |r: &Result| match r.setting {
-            Setting::March(samples) => f64::from(samples),
-            Setting::Exact { .. } => 0.0,
-        };
-        interpolate(self.marches().map(|r| (steps(r), r.map_error())), target)
+        interpolate(self.marches().map(|r| (f64::from(r.samples()), r.map_error())), target)
     }
 
     fn speedup(&self, target: f64, rebuilt: bool) -> Option<f64> {
-        Some(self.march_ms(target)? / self.exact(rebuilt)?.ms()?)
+        Some(self.march_ms(target)? / self.exact(rebuilt)?.ms())
     }
 }
 
@@ -190,7 +110,7 @@ pub(super) fn run(context: &Context) -> Outcome<Section> {
         for kind in LightKind::ALL {
             let Some(setup) = source.setup_lit(depth, kind)? else { continue };
             let title = format!("{}, {} light", source.title(), kind.name());
-            cases.push(measure(context, &plan, title, kind, &setup, plan.map)?);
+            cases.push(measure(context, &plan, title, kind, setup, plan.map)?);
         }
     }
     let mut sweep = Vec::new();
@@ -198,7 +118,7 @@ pub(super) fn run(context: &Context) -> Outcome<Section> {
         let Some(setup) = source.setup_lit(depth, LightKind::Spot)? else { continue };
         for &side in plan.maps {
             let title = format!("{}, spot light", source.title());
-            sweep.push(measure(context, &plan, title, LightKind::Spot, &setup, side)?);
+            sweep.push(measure(context, &plan, title, LightKind::Spot, setup.clone(), side)?);
         }
     }
     for case in cases.iter().chain(&sweep) {
@@ -231,116 +151,29 @@ fn measure(
     plan: &Plan,
     title: String,
     kind: LightKind,
-    setup: &Setup,
+    setup: Setup,
     map: u32,
 ) -> Outcome<Case> {
     tracing::info!("{title}, map {map}²");
-    let bvh = Bvh::build(&setup.scene).map_err(Failure::program)?;
-    let size = (plan.side, plan.side);
-    let base = Options {
-        airlight_only: true,
-        visibility: VisibilitySource::Map,
-        map: MapOptions { side: map, surface: MapSurface::Step },
-        ..Options::new(size)
+    let mut arena = Arena::new(title, setup, base(plan.side, map))?;
+    let base = arena.base;
+    let exact = [Rebuild::Never, Rebuild::Always].map(|rebuild| {
+        let name = exact_name(rebuild == Rebuild::Always);
+        Setting { rebuild, ..Setting::new(name, Technique::ExactShadowMap, base) }
+    });
+    let march = |&samples: &u32| {
+        let options = Options { samples: Some(samples), ..base };
+        Setting::new(format!("brute force, {samples} samples"), Technique::BruteForce, options)
     };
-    let rays = ViewRays::trace(&setup.camera, &bvh, size);
-    let (maps, none) = (Maps::draw(setup, &base.map)?, Maps::none(setup.lights.len()));
-    let settings: Vec<Setting> = [Setting::Exact { rebuilt: false }, Setting::Exact { rebuilt: true }]
-        .into_iter()
-        .chain(plan.samples.iter().map(|&samples| Setting::March(samples)))
-        .collect();
-    let options: Vec<Options> = settings
-        .iter()
-        .map(|setting| match setting {
-            Setting::Exact { .. } => base,
-            Setting::March(samples) => Options { samples: Some(*samples), ..base },
-        })
-        .collect();
-    let tick = |_: u64| ();
-    let stages: Vec<Stage<'_>> = options
-        .iter()
-        .map(|options| Stage { setup, bvh: &bvh, options, rays: &rays, maps: &maps, tick: &tick })
-        .collect();
-    // references, on the CPU and in f64
-    let open = Options { shadows_in_medium: false, ..base };
-    let unshadowed = Stage { setup, bvh: &bvh, options: &open, rays: &rays, maps: &none, tick: &tick };
-    let unshadowed = image(plan.side, narrow(&unshadowed.run(Technique::Exact)?));
-    let exact_on_map = image(plan.side, narrow(&stages[0].run(Technique::ExactShadowMap)?));
-    let exact = image(plan.side, narrow(&stages[0].run(Technique::Exact)?));
-
-    let mut results = Vec::new();
-    let mut runners = Vec::new();
-    for (setting, stage) in settings.iter().zip(&stages) {
-        let technique = match setting {
-            Setting::Exact { .. } => Technique::ExactShadowMap,
-            Setting::March(_) => Technique::BruteForce,
-        };
-        let (pixels, samples, pyramid_bytes, runner) = match &context.gpu {
-            Some(gpu) => {
-                let mut frame = GpuFrame::new(gpu, stage, technique)?;
-                frame.render(false)?;
-                let samples = frame.stats().samples;
-                (frame.read()?, samples, frame.pyramid_bytes(), Runner::Gpu(Box::new(frame)))
-            }
-            None => {
-                let airlight = stage.run(technique)?;
-                let bytes = airlight.pyramid_bytes as u64;
-                (narrow(&airlight), airlight.samples, bytes, Runner::Cpu(stage, technique))
-            }
-        };
-        let image = image(plan.side, pixels);
-        let on_map = metrics::compare(&image, &exact_on_map, Some(&unshadowed), None)?;
-        let on_geometry = metrics::compare(&image, &exact, Some(&unshadowed), None)?;
-        results.push(Result {
-            setting: *setting,
-            image,
-            times: Vec::new(),
-            pyramid_ms: Vec::new(),
-            samples,
-            pyramid_bytes,
-            on_map,
-            on_geometry,
-        });
-        runners.push(runner);
-    }
-    // the first frame of each was its warm-up; now they take turns
-    for _ in 0..WARM_FRAMES {
-        for (result, runner) in results.iter_mut().zip(&mut runners) {
-            let (ms, building) = runner.frame(result.setting == Setting::Exact { rebuilt: true })?;
-            result.times.push(ms);
-            result.pyramid_ms.extend(building.filter(|ms| *ms > 0.0));
-        }
-    }
-    for result in &mut results {
-        result.times.sort_by(f64::total_cmp);
-        result.pyramid_ms.sort_by(f64::total_cmp);
-    }
-    let triangles = setup.scene.triangle_count() as u64;
-    drop(runners);
-    Ok(Case { title, kind, map, triangles, map_bytes: maps.bytes() as u64, results, exact_on_map })
+    let settings: Vec<Setting> = exact.into_iter().chain(plan.samples.iter().map(march)).collect();
+    let results = arena.measure(context.gpu.as_ref(), &settings)?;
+    let triangles = arena.triangles();
+    Ok(Case { title: arena.title, kind, map, triangles, results, exact_on_map: arena.map.exact })
 }
 
-fn row(case: &Case, result: &Result) -> Row {
-    let mut row = Row::new(&case.title, result.setting.name());
-    row.triangles = Some(case.triangles);
-    row.ms_scatter = result.ms();
-    row.ms_frame = result.ms();
-    row.ms_min = result.times.first().copied();
-    row.ms_max = result.times.last().copied();
-    row.frames = Some(result.times.len() as u32);
-    row.set_errors(&result.on_geometry);
-    row.shadow_err_map = result.on_map.shadow_err;
-    row.map_surface = Some("step".into());
-    row.params.insert("map".into(), json!(case.map));
+fn row(case: &Case, result: &Measured) -> Row {
+    let mut row = result.row(&case.title, case.triangles);
     row.params.insert("light".into(), json!(case.kind.name()));
-    if let Some(ms) = median(&result.pyramid_ms) {
-        row.stages.insert("pyramid".into(), ms);
-    }
-    if let Setting::March(samples) = result.setting {
-        row.params.insert("samples".into(), json!(samples));
-        row.samples = Some(result.samples);
-    }
-    row.memory_bytes = Some(case.map_bytes + result.pyramid_bytes);
     row
 }
 
@@ -348,8 +181,8 @@ fn equal_errors(case: &Case) -> Vec<EqualError> {
     TARGETS
         .iter()
         .map(|&(target, _)| {
-            let names = ["exact-shadow-map", "exact-shadow-map, pyramid rebuilt"];
-            let exact = |rebuilt| case.exact(rebuilt).and_then(Result::ms);
+            let names = [false, true].map(exact_name);
+            let exact = |rebuilt| case.exact(rebuilt).map(Measured::ms);
             let times = [exact(false), exact(true)];
             let march = case.march_ms(target);
             EqualError {
@@ -391,12 +224,12 @@ fn speedups(title: &str, cases: &[Case]) -> Table {
         ],
     );
     for case in cases {
-        let exact = |rebuilt| case.exact(rebuilt).and_then(Result::ms);
+        let exact = |rebuilt| case.exact(rebuilt).map(Measured::ms);
         table.push(vec![
             case.title.clone(),
             format!("{}²", case.map),
             report::time(exact(false)),
-            report::error(case.exact(false).map(Result::map_error)),
+            report::error(case.exact(false).map(Measured::map_error)),
             report::time(exact(true)),
             report::time(case.march_ms(0.01)),
             report::figure(case.march_samples(0.01)),
@@ -412,7 +245,7 @@ fn speedups(title: &str, cases: &[Case]) -> Table {
 }
 
 fn checks(cases: &[Case], sweep: &[Case]) -> Vec<Check> {
-    let worst = cases.iter().chain(sweep).filter_map(|case| Some(case.exact(false)?.on_map.rel_rmse));
+    let worst = cases.iter().chain(sweep).filter_map(|case| Some(case.exact(false)?.on_map?.rel_rmse));
     let mut checks = vec![Check::new(
         "the traversal equals the CPU's in f64: largest rel_rmse",
         "both walk the same map",
@@ -444,7 +277,7 @@ fn checks(cases: &[Case], sweep: &[Case]) -> Vec<Check> {
 }
 
 fn plot(case: &Case) -> Plot {
-    let point = |r: &Result| Some((r.ms()?, r.map_error()));
+    let point = |r: &Measured| (r.ms(), r.map_error());
     Plot {
         file: format!("{}.svg", slug(&case.title)),
         title: format!("{}: error on the map against time", case.title),
@@ -452,53 +285,23 @@ fn plot(case: &Case) -> Plot {
         x: Axis::new("time of the airlight", "ms"),
         y: Axis::new("shadow error on the map", ""),
         series: vec![
-            Series {
-                label: "march".into(),
-                points: case.marches().filter_map(point).collect(),
-                joined: true,
-            },
+            Series { label: "march".into(), points: case.marches().map(point).collect(), joined: true },
             Series {
                 label: "exact traversal".into(),
-                points: case.exact(false).and_then(point).into_iter().collect(),
+                points: case.exact(false).map(point).into_iter().collect(),
                 joined: false,
             },
         ],
     }
 }
 
-fn slug(title: &str) -> String {
-    title.replace("procedural:", "generated-").replace([' ', ','], "-").replace("--", "-")
-}
-
 fn pictures(case: &Case) -> Outcome<PictureRow> {
     let exact = &case.exact_on_map;
-    let mut values: Vec<f32> = exact.pixels.iter().flatten().copied().collect();
-    values.sort_by(f32::total_cmp);
-    let bright = values.get(values.len() * 95 / 100).copied().unwrap_or(1.0);
-    let scale = if bright > 0.0 { 0.8 / bright } else { 1.0 };
-    let id = slug(&case.title);
+    let scale = display_scale(exact, 95);
     let mut panels = Vec::new();
-    let shown = |r: &&Result| match r.setting {
-        Setting::Exact { rebuilt } => !rebuilt,
-        Setting::March(samples) => (80..=150).contains(&samples),
-    };
-    for result in case.results.iter().filter(shown) {
-        let name = result.setting.name();
-        let file = slug(&name);
-        panels.push(Panel::new(
-            format!("{id}-{file}.png"),
-            name.clone(),
-            format!("Airlight of {} by {name}", case.title),
-            &to_srgb8(&result.image, scale),
-            PanelKind::Measured(Cost::new(result.ms().unwrap_or(f64::NAN), &result.on_map)),
-        )?);
-        panels.push(Panel::new(
-            format!("{id}-{file}-error.png"),
-            format!("error of {name}"),
-            format!("Error of {name} against the exact picture of the same map, pixel by pixel"),
-            &error_picture(&result.image, exact)?,
-            PanelKind::ErrorMap,
-        )?);
+    let marches = case.marches().filter(|r| (80..=150).contains(&r.samples()));
+    for result in case.exact(false).into_iter().chain(marches) {
+        panels.extend(shown::panels(&case.title, result, (exact, result.nearest_errors()), scale)?);
     }
     Ok(PictureRow { caption: format!("{}, map {}², airlight only", case.title, case.map), panels })
 }
@@ -510,10 +313,6 @@ fn notes(context: &Context, plan: &Plan) -> Vec<String> {
         "The traversal walks a min-max pyramid whose blocks grow four times a side from level to level, built in one dispatch up to 512² and in two above. What bounds it: about one and a half times a march's step for every block that a ray visits, 30 to 110 of them in these scenes, nearly all of them next to silhouettes, where blocks are neither lit nor dark as a whole; and one evaluation of airlight for every lit piece, of which the march has as many.".into(),
         "A point light's map is a cube of six such faces.".into(),
     ];
-    match &context.gpu {
-        Some(gpu) if !crate::gpu::is_hardware(gpu) => notes.push("A software adapter: times are wall times around a submission, and only their ratios within this run mean anything.".into()),
-        Some(_) => {}
-        None => notes.push("There is no GPU adapter: the CPU implementations were timed.".into()),
-    }
+    notes.extend(clock_note(context));
     notes
 }

@@ -10,13 +10,14 @@ use crate::report::data::{Adapter, Experiment};
 use crate::setups::Setups;
 
 mod airlight_accuracy;
-mod contest;
+mod counts;
 mod equal_error;
 mod hard_case_list;
 mod hard_cases;
 mod map_traversal;
+mod measure;
 mod shadow_rays;
-mod shots;
+mod shown;
 mod wyman_bench;
 mod wyman_boundary;
 mod wyman_exact_times;

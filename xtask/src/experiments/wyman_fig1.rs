@@ -3,13 +3,14 @@
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
-use scene::{AirlightModel, Bvh, Light, SpotLight};
+use scene::{AirlightModel, Light, SpotLight};
 
-use super::shots::{self, Setting, Shots, Subject, display_scale, slug};
+use super::counts::for_all_pixels;
+use super::measure::{Arena, Measured, Setting, base};
+use super::shown::{Shown, clock_note, display_scale, slug};
 use super::{Context, Preset, experiment, gpu_or_cpu};
 use crate::failure::{Failure, Outcome};
 use crate::image_file::{Image, error_picture, to_srgb8};
-use crate::maps::{MapOptions, MapSurface, Maps};
 use crate::metrics::{self, Metrics};
 use crate::report::data::{Bound, Check};
 use crate::report::table::{Column, Table};
@@ -18,8 +19,7 @@ use crate::scene_args::Setup;
 use crate::setups::Source;
 use crate::stained_glass::stained_glass;
 use crate::surfaces;
-use crate::technique::{HybridOptions, Options, Technique, VisibilitySource};
-use crate::view_rays::ViewRays;
+use crate::technique::{Options, Technique};
 
 /// Mean FLIP that few would see.
 const UNSEEN: f64 = 0.05;
@@ -95,7 +95,7 @@ pub(super) fn run(context: &Context) -> Outcome<Section> {
     for scene in SCENES.iter().take(count) {
         let Some((title, setup)) = set_up(context, scene)? else { continue };
         tracing::info!("{title}");
-        let done = measure(context, scene, &title, &setup, (side, map))?;
+        let done = measure(context, scene, Arena::new(title, setup, base(side, map))?)?;
         table.rows.extend(done.lines);
         found.rows.extend(done.rows);
         found.checks.extend(done.checks);
@@ -106,7 +106,7 @@ pub(super) fn run(context: &Context) -> Outcome<Section> {
         "Pictures are {side}×{side}, surfaces lit with shadow rays and weakened by the fog; times are those of the fog alone, with silhouettes found anew in every frame, and the same surfaces are in every picture. Errors are those of the whole pictures; shadow error is a share of what shadows in the fog change."
     ));
     found.notes.push("The hall is lit through a window in Hoffman and Preetham's model, as the paper's coloured pictures are; the others in Sun's. The hybrid takes 48 steps between faces and 24 in light before and behind them, brute force 150 through the whole cone: what the hybrid errs in the hall is the window's picture in light, of which it takes fewer steps, and little of it is shadow. Lookups are questions for visibility alone.".into());
-    found.notes.extend(shots::device_notes(context));
+    found.notes.extend(clock_note(context));
     section.experiment = found;
     Ok(section)
 }
@@ -136,69 +136,56 @@ struct Done {
     pictures: PictureRow,
 }
 
-fn measure(
-    context: &Context,
-    scene: &Scene,
-    title: &str,
-    setup: &Setup,
-    (side, map): (u32, u32),
-) -> Outcome<Done> {
-    let bvh = Bvh::build(&setup.scene).map_err(Failure::program)?;
-    let base = Options {
-        airlight_only: true,
-        visibility: VisibilitySource::Map,
-        map: MapOptions { side: map, surface: MapSurface::Step },
-        ..Options::new((side, side))
-    };
-    let maps = Maps::draw(setup, &base.map)?;
-    let hybrid = |name: &str, scale| Setting {
-        name: name.into(),
-        technique: Technique::Hybrid,
-        options: Options { scattering_scale: scale, hybrid: HybridOptions::default(), ..base },
-        maps: &maps,
-    };
-    let brute = Setting {
-        name: BRUTE.into(),
-        technique: Technique::BruteForce,
-        options: Options { samples: Some(150), ..base },
-        maps: &maps,
-    };
+fn measure(context: &Context, scene: &Scene, mut arena: Arena) -> Outcome<Done> {
+    let base = arena.base;
+    let hybrid =
+        |name, scale| Setting::new(name, Technique::Hybrid, Options { scattering_scale: scale, ..base });
+    let brute = Setting::new(BRUTE, Technique::BruteForce, Options { samples: Some(150), ..base });
     let settings = [hybrid(QUARTER, 4), hybrid(FULL, 1), brute];
-    let subject = Subject { title, setup, bvh: &bvh, side, maps: &maps };
-    let taken = shots::take(context, &subject, &base, &settings)?;
-    let rays = ViewRays::trace(&setup.camera, &bvh, base.size);
-    let lit = surfaces::run(setup, &bvh, &rays, &Options { airlight_only: false, ..base });
-    finish(scene, &subject, &taken, &lit.radiance)
+    let mut taken = arena.measure(context.gpu.as_ref(), &settings)?;
+    for_all_pixels(&arena, &mut taken)?;
+    let lit = Options { airlight_only: false, ..base };
+    let lit = surfaces::run(&arena.setup, &arena.bvh, &arena.rays, &lit);
+    finish(scene, &arena, &taken, &lit.radiance)
 }
 
 /// Adds the surfaces to all pictures and compares them as a whole.
-fn finish(scene: &Scene, subject: &Subject<'_>, taken: &Shots, surfaces: &[DVec3]) -> Outcome<Done> {
+fn finish(scene: &Scene, arena: &Arena, taken: &[Measured], surfaces: &[DVec3]) -> Outcome<Done> {
     let whole = |fog: &Image| {
-        let pixels = fog.pixels.iter().zip(surfaces);
         let sum = |(fog, surface): (&[f32; 3], &DVec3)| (Vec3::from(*fog) + surface.as_vec3()).to_array();
-        shots::image(subject.side, pixels.map(sum).collect())
+        Image { pixels: fog.pixels.iter().zip(surfaces).map(sum).collect(), ..*fog }
     };
-    let (exact, open) = (whole(&taken.exact), whole(&taken.unshadowed));
-    let (scale, id) = (display_scale(&exact, scene.percent), slug(subject.title));
+    let (exact, open) = (whole(&arena.exact), whole(&arena.unshadowed));
+    let (scale, id) = (display_scale(&exact, scene.percent), slug(&arena.title));
     let mut panels = Vec::new();
     let mut metrics_of: Vec<Metrics> = Vec::new();
     let (mut rows, mut lines) = (Vec::new(), Vec::new());
-    for shot in &taken.shots {
+    for shot in taken {
         let image = whole(&shot.image);
         let metrics = metrics::compare(&image, &exact, Some(&open), None)?;
-        panels.push(shot.panel(&id, scene.caption, &image, scale, &metrics)?);
-        panels.push(shot.error_panel(&id, &image, &exact)?);
-        let mut row = shot.row(subject);
+        let name = &shot.setting.name;
+        let shown = Shown {
+            scene: &arena.title,
+            what: scene.caption,
+            name,
+            image: &image,
+            scale,
+            ms: shot.ms(),
+            errors: &metrics,
+            reference: &exact,
+        };
+        panels.extend(shown.panels()?);
+        let mut row = shot.row(&arena.title, arena.triangles());
         row.set_errors(&metrics);
         rows.push(row);
         lines.push(vec![
-            subject.title.into(),
-            shot.name.clone(),
+            arena.title.clone(),
+            name.clone(),
             report::time(shot.ms()),
             report::error(metrics.shadow_err),
             report::error(metrics.rel_rmse),
             report::figure(metrics.flip),
-            report::figure(shot.lookups),
+            report::figure(shot.lookups()),
         ]);
         metrics_of.push(metrics);
     }
@@ -206,7 +193,7 @@ fn finish(scene: &Scene, subject: &Subject<'_>, taken: &Shots, surfaces: &[DVec3
         0,
         Panel::new(
             format!("{id}-exact.png"),
-            format!("exact, {} on the CPU", report::time(taken.exact_ms)),
+            format!("exact, {} on the CPU", report::time(arena.exact_ms)),
             format!("{}: the exact picture", scene.caption),
             &to_srgb8(&exact, scale),
             PanelKind::Plain,
@@ -235,17 +222,15 @@ fn finish(scene: &Scene, subject: &Subject<'_>, taken: &Shots, surfaces: &[DVec3
     Ok(Done {
         rows,
         lines,
-        checks: checks(subject.title, taken, &metrics_of),
-        pictures: PictureRow { caption: format!("{}: {}", subject.title, scene.caption), panels },
+        checks: checks(&arena.title, taken, &metrics_of),
+        pictures: PictureRow { caption: format!("{}: {}", arena.title, scene.caption), panels },
     })
 }
 
-fn checks(title: &str, taken: &Shots, metrics: &[Metrics]) -> Vec<Check> {
-    let flip = |name: &str| {
-        taken.shots.iter().zip(metrics).find(|(shot, _)| shot.name == name).map(|(_, metrics)| metrics.flip)
-    };
-    let ms = |name: &str| taken.of(name).map(shots::Shot::ms);
-    let ratio = |slow: &str, fast: &str| Some(ms(slow)? / ms(fast)?);
+fn checks(title: &str, taken: &[Measured], metrics: &[Metrics]) -> Vec<Check> {
+    let of = |name: &str| taken.iter().zip(metrics).find(|(shot, _)| shot.setting.name == name);
+    let flip = |name: &str| of(name).map(|(_, metrics)| metrics.flip);
+    let ratio = |slow: &str, fast: &str| Some(of(slow)?.0.ms() / of(fast)?.0.ms());
     let mut checks: Vec<Check> = [FULL, QUARTER]
         .map(|name| {
             let claim = format!("{title}, {name}: mean FLIP of the whole picture against the exact one");

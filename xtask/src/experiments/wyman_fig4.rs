@@ -5,17 +5,19 @@ use hybrid_march::Placement;
 use scene::AirlightModel;
 use serde_json::json;
 
-use super::wyman_bench::{self, Found, Lit, Setting, model_name, slug};
+use super::measure::{Arena, Measured, Setting};
+use super::shown::{Shown, clock_note, display_scale};
+use super::wyman_bench::{self, lit, model_name, panels};
 use super::wyman_boundary::{self, Boundary};
 use super::wyman_placements::{self, Steps, Timed};
 use super::{Context, Preset, experiment, gpu_or_cpu};
 use crate::failure::Outcome;
-use crate::image_file::{Image, error_picture, to_srgb8};
+use crate::image_file::Image;
 use crate::metrics;
 use crate::report::data::{Bound, Check, Experiment, Row};
 use crate::report::table::{Column, Table};
-use crate::report::{self, Cost, Panel, PanelKind, PictureRow, Section};
-use crate::technique::{Options, Technique, VisibilitySource};
+use crate::report::{self, PictureRow, Section};
+use crate::technique::{Options, Technique};
 
 /// Width of the box that keeps what neighbouring pixels share; units: pixels.
 const BOX: i64 = 9;
@@ -118,7 +120,7 @@ pub(super) fn run(context: &Context) -> Outcome<Section> {
             setup = wyman_boundary::VIEWS[0].lit(&setup)?;
             title = format!("{}, light before it", source.title());
         }
-        let lit = Lit::within(title, setup, plan.side, plan.map, far)?;
+        let lit = lit(title, setup, [plan.side, plan.map], far)?;
         left(&plan, &lit, &mut found, &mut table, &mut section)?;
     }
     for id in plan.textured {
@@ -128,8 +130,8 @@ pub(super) fn run(context: &Context) -> Outcome<Section> {
                 continue;
             };
             let title = format!("{}, stained glass, {}", source.title(), model_name(model));
-            let lit = Lit::new(title, setup, plan.side, plan.map)?;
-            right(context, &plan, &lit, &mut found, &mut table, &mut section)?;
+            let mut lit = lit(title, setup, [plan.side, plan.map], f64::INFINITY)?;
+            right(context, &plan, &mut lit, &mut found, &mut table, &mut section)?;
         }
     }
     section.tables.push(table);
@@ -157,7 +159,13 @@ pub(super) fn run(context: &Context) -> Outcome<Section> {
 }
 
 /// Point light: three placements of as many steps, by the same march on the CPU.
-fn left(plan: &Plan, lit: &Lit, found: &mut Experiment, table: &mut Table, section: &mut Section) -> Outcome {
+fn left(
+    plan: &Plan,
+    lit: &Arena,
+    found: &mut Experiment,
+    table: &mut Table,
+    section: &mut Section,
+) -> Outcome {
     let (counts, timed) = wyman_placements::measure(lit, plan.samples)?;
     let mut bands = Vec::new();
     let mut panels = Vec::new();
@@ -166,7 +174,7 @@ fn left(plan: &Plan, lit: &Lit, found: &mut Experiment, table: &mut Table, secti
         let metrics = metrics::compare(&result.image, &lit.exact, Some(&lit.unshadowed), None)?;
         let band = Banding::of(&result.image, &lit.exact, &counts);
         let mut row = Row::new(&lit.title, &name);
-        row.triangles = Some(lit.setup.scene.triangle_count() as u64);
+        row.triangles = Some(lit.triangles());
         (row.ms_scatter, row.ms_frame) = (Some(result.ms()), Some(result.ms()));
         (row.ms_min, row.ms_max) = (result.times.first().copied(), result.times.last().copied());
         row.frames = Some(result.times.len() as u32);
@@ -176,21 +184,17 @@ fn left(plan: &Plan, lit: &Lit, found: &mut Experiment, table: &mut Table, secti
         row.params.insert("low_frequency_share".into(), json!(band.share()));
         found.rows.push(row);
         table.push(banding_line(&lit.title, &name, result.ms(), band));
-        let file = slug(&format!("{} {}", lit.title, result.steps.name()));
-        panels.push(Panel::new(
-            format!("{file}.png"),
-            name.clone(),
-            format!("Airlight of {}, {name}", lit.title),
-            &to_srgb8(&result.image, lit.exposure()),
-            PanelKind::Measured(Cost::new(result.ms(), &metrics)),
-        )?);
-        panels.push(Panel::new(
-            format!("{file}-error.png"),
-            format!("error of {name}"),
-            format!("Error of {name} against the exact picture, pixel by pixel"),
-            &error_picture(&result.image, &lit.exact)?,
-            PanelKind::ErrorMap,
-        )?);
+        let shown = Shown {
+            scene: &lit.title,
+            what: &format!("Airlight of {}", lit.title),
+            name: &name,
+            image: &result.image,
+            scale: display_scale(&lit.exact, 95),
+            ms: result.ms(),
+            errors: &metrics,
+            reference: &lit.exact,
+        };
+        panels.extend(shown.panels()?);
         bands.push((result, band));
     }
     section.pictures.push(PictureRow { caption: format!("{}, airlight only", lit.title), panels });
@@ -233,25 +237,21 @@ fn times_note(faces: &Timed, other: &Timed) -> String {
 fn right(
     context: &Context,
     plan: &Plan,
-    lit: &Lit,
+    lit: &mut Arena,
     found: &mut Experiment,
     table: &mut Table,
     section: &mut Section,
 ) -> Outcome {
     let placements = [(Placement::EqualDistance, "equal distance"), (Placement::EqualAngle, "equal angle")];
     let setting = |(placement, name): (Placement, &str)| {
-        let base = lit.base();
-        let mut options = Options { samples: Some(plan.samples), visibility: VisibilitySource::Map, ..base };
+        let mut options = Options { samples: Some(plan.samples), ..lit.base };
         options.hybrid.placement = Some(placement);
         options.hybrid.lit_samples = Some(plan.samples);
         (options.hybrid.tile, options.hybrid.refine, options.hybrid.mips) = (1, 0, None);
-        Setting {
-            name: format!("{name}, {} steps a segment", plan.samples),
-            technique: Technique::Hybrid,
-            options,
-        }
+        Setting::new(format!("{name}, {} steps a segment", plan.samples), Technique::Hybrid, options)
     };
-    let results = lit.measure(context, placements.into_iter().map(setting).collect())?;
+    let settings = placements.map(setting);
+    let results = wyman_bench::measure(context, lit, &settings)?;
     let counts: Vec<bool> = lit
         .unshadowed
         .pixels
@@ -260,15 +260,15 @@ fn right(
         .collect();
     let bands: Vec<Banding> =
         results.iter().map(|result| Banding::of(&result.image, &lit.exact, &counts)).collect();
-    let mut panels = Vec::new();
-    for ((result, band), (_, name)) in results.iter().zip(&bands).zip(placements) {
-        let mut row = result.row(lit);
+    let mut pictures = Vec::new();
+    for (result, band) in results.iter().zip(&bands) {
+        let mut row = result.row(&lit.title, lit.triangles());
         row.params.insert("low_frequency_share".into(), json!(band.share()));
         found.rows.push(row);
         table.push(banding_line(&lit.title, &result.setting.name, result.ms(), *band));
-        panels.extend(result.panels(lit, name)?);
+        pictures.extend(panels(lit, result)?);
     }
-    section.pictures.push(PictureRow { caption: format!("{}, airlight only", lit.title), panels });
+    section.pictures.push(PictureRow { caption: format!("{}, airlight only", lit.title), panels: pictures });
     let (Some([distance, angle]), Some([first, second])) =
         (bands.first_chunk::<2>(), results.first_chunk::<2>())
     else {
@@ -286,12 +286,12 @@ fn right(
     Ok(())
 }
 
-fn right_note(distance: &Found, angle: &Found) -> String {
+fn right_note(distance: &Measured, angle: &Measured) -> String {
     format!(
         "{} in {} against {} in {}",
-        report::error(distance.exact.rel_rmse),
+        report::error(distance.on_geometry.rel_rmse),
         report::time(distance.ms()),
-        report::error(angle.exact.rel_rmse),
+        report::error(angle.on_geometry.rel_rmse),
         report::time(angle.ms())
     )
 }
@@ -348,6 +348,6 @@ fn notes(context: &Context, plan: &Plan) -> Vec<String> {
             plan.boundary.0, plan.boundary.1
         ),
     ];
-    notes.extend(wyman_bench::clock_note(context));
+    notes.extend(clock_note(context));
     notes
 }

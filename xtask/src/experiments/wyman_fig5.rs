@@ -2,8 +2,11 @@
 
 use scene::AirlightModel;
 
+use super::counts::{Counts, LIT_NOTE};
 use super::equal_error::interpolate;
-use super::wyman_bench::{self, COUNT_NOTE, Found, Lit, Setting, at_error, model_name};
+use super::measure::{Arena, Measured, Setting};
+use super::shown::{clock_note, display_scale, slug};
+use super::wyman_bench::{self, at_error, lit, model_name, panels};
 use super::{Context, Preset, experiment, gpu_or_cpu};
 use crate::failure::Outcome;
 use crate::image_file::to_srgb8;
@@ -39,11 +42,11 @@ fn plan(preset: Preset) -> Plan {
 
 /// One model's pictures.
 struct Case {
-    lit: Lit,
-    sweep: Vec<Found>,
-    hybrid: Found,
+    lit: Arena,
+    sweep: Vec<Measured>,
+    hybrid: Measured,
     /// The march with as many steps, in as much time, and with as small an error, as far as it gets there.
-    equal: [Option<Found>; 3],
+    equal: [Option<Measured>; 3],
 }
 
 /// What is equal.
@@ -82,22 +85,22 @@ pub(super) fn run(context: &Context) -> Outcome<Section> {
             continue;
         };
         let title = format!("{}, stained glass, {}", source.title(), model_name(model));
-        let lit = Lit::new(title, setup, plan.side, plan.map)?;
+        let lit = lit(title, setup, [plan.side, plan.map], f64::INFINITY)?;
         let case = measure(context, &plan, lit)?;
         let matched = case.equal.iter().flatten();
         for result in case.sweep.iter().chain([&case.hybrid]).chain(matched.clone()) {
-            found.rows.push(result.row(&case.lit));
+            found.rows.push(result.row(&case.lit.title, case.lit.triangles()));
         }
         for result in [&case.hybrid].into_iter().chain(matched) {
             table.push(vec![
                 case.lit.title.clone(),
                 result.setting.name.clone(),
-                report::figure(result.counts.steps),
-                report::figure(result.counts.lookups),
+                report::figure(result.steps()),
+                report::figure(result.lookups()),
                 report::time(result.ms()),
-                report::error(result.exact.rel_rmse),
+                report::error(result.on_geometry.rel_rmse),
                 report::error(result.on_map.map(|on_map| on_map.rel_rmse)),
-                report::error(result.exact.shadow_err),
+                report::error(result.on_geometry.shadow_err),
             ]);
         }
         found.equal_error.push(equal_error(&case));
@@ -112,31 +115,29 @@ pub(super) fn run(context: &Context) -> Outcome<Section> {
 }
 
 fn march(base: Options, samples: u32, name: String) -> Setting {
-    Setting { name, technique: Technique::BruteForce, options: Options { samples: Some(samples), ..base } }
+    Setting::new(name, Technique::BruteForce, Options { samples: Some(samples), ..base })
 }
 
 fn hybrid(base: Options) -> Setting {
-    Setting {
-        name: format!("hybrid, {HYBRID_SAMPLES} samples"),
-        technique: Technique::Hybrid,
-        options: Options { samples: Some(HYBRID_SAMPLES), ..base },
-    }
+    let options = Options { samples: Some(HYBRID_SAMPLES), ..base };
+    Setting::new(format!("hybrid, {HYBRID_SAMPLES} samples"), Technique::Hybrid, options)
 }
 
 /// First a sweep, in which the step counts are found; then the hybrid in turns with the marches that equal it.
-fn measure(context: &Context, plan: &Plan, lit: Lit) -> Outcome<Case> {
-    let base = lit.base();
+fn measure(context: &Context, plan: &Plan, mut lit: Arena) -> Outcome<Case> {
+    let base = lit.base;
     let sweep =
         plan.sweep.iter().map(|&samples| march(base, samples, format!("brute force, {samples} samples")));
-    let mut sweep = lit.measure(context, sweep.chain([hybrid(base)]).collect())?;
+    let sweep: Vec<Setting> = sweep.chain([hybrid(base)]).collect();
+    let mut sweep = wyman_bench::measure(context, &mut lit, &sweep)?;
     let Some(first) = sweep.pop() else {
         return Err(crate::failure::Failure::program("a sweep without a hybrid"));
     };
-    let samples = |found: &Found| f64::from(found.setting.options.samples.unwrap_or(0));
+    let samples = |found: &Measured| f64::from(found.samples());
     // falling curves: times grow with the steps
     let cost = interpolate(sweep.iter().map(|found| (samples(found), 1.0 / found.ms())), 1.0 / first.ms());
-    let quality = at_error(sweep.iter(), samples, first.exact.rel_rmse);
-    let counts = [Some(first.counts.most()), cost, quality];
+    let quality = at_error(sweep.iter(), samples, first.on_geometry.rel_rmse);
+    let counts = [first.counts.map(Counts::most), cost, quality];
     let mut settings = vec![hybrid(base)];
     let mut which = Vec::new();
     for (i, count) in counts.into_iter().enumerate() {
@@ -147,7 +148,7 @@ fn measure(context: &Context, plan: &Plan, lit: Lit) -> Outcome<Case> {
             which.push(i);
         }
     }
-    let mut measured = lit.measure(context, settings)?.into_iter();
+    let mut measured = wyman_bench::measure(context, &mut lit, &settings)?.into_iter();
     let hybrid = measured.next().unwrap_or(first);
     let mut equal = [None, None, None];
     for (i, found) in which.into_iter().zip(measured) {
@@ -158,11 +159,11 @@ fn measure(context: &Context, plan: &Plan, lit: Lit) -> Outcome<Case> {
 
 fn equal_error(case: &Case) -> EqualError {
     let [_, _, quality] = &case.equal;
-    let (march, hybrid) = (quality.as_ref().map(Found::ms), case.hybrid.ms());
+    let (march, hybrid) = (quality.as_ref().map(Measured::ms), case.hybrid.ms());
     EqualError {
         scene: case.lit.title.clone(),
         metric: "rel_rmse".into(),
-        target: case.hybrid.exact.rel_rmse,
+        target: case.hybrid.on_geometry.rel_rmse,
         ms: [("brute-force".to_owned(), march), ("hybrid".to_owned(), Some(hybrid))].into(),
         speedup_over_brute_force: [("hybrid".to_owned(), march.map(|march| march / hybrid))].into(),
     }
@@ -172,19 +173,19 @@ fn checks(case: &Case) -> Vec<Check> {
     let [samples, cost, quality] = &case.equal;
     let title = &case.lit.title;
     let paper = "Figure 5: higher quality for equal sampling, a speed improvement at equal quality";
-    let error = |found: &Found| found.exact.rel_rmse;
-    let times_error = |found: &Option<Found>| Some(error(found.as_ref()?) / error(&case.hybrid));
-    let note = |check: &mut Check, found: &Option<Found>| {
+    let error = |found: &Measured| found.on_geometry.rel_rmse;
+    let times_error = |found: &Option<Measured>| Some(error(found.as_ref()?) / error(&case.hybrid));
+    let note = |check: &mut Check, found: &Option<Measured>| {
         check.note = found.as_ref().map(|found| {
             format!(
                 "march {} at {} with {:.0} steps a pixel; hybrid {} at {} with {:.0} steps and {:.0} lookups",
                 report::time(found.ms()),
                 report::error(error(found)),
-                found.counts.steps,
+                found.steps(),
                 report::time(case.hybrid.ms()),
                 report::error(error(&case.hybrid)),
-                case.hybrid.counts.steps,
-                case.hybrid.counts.lookups
+                case.hybrid.steps(),
+                case.hybrid.lookups()
             )
         });
     };
@@ -196,8 +197,8 @@ fn checks(case: &Case) -> Vec<Check> {
         checks.push(check);
     }
     let costs = [
-        ("steps", quality.as_ref().map(|found| found.counts.steps / case.hybrid.counts.steps)),
-        ("lookups", quality.as_ref().map(|found| found.counts.lookups / case.hybrid.counts.lookups)),
+        ("steps", quality.as_ref().map(|found| found.steps() / case.hybrid.steps())),
+        ("lookups", quality.as_ref().map(|found| found.lookups() / case.hybrid.lookups())),
         ("time", quality.as_ref().map(|found| found.ms() / case.hybrid.ms())),
     ];
     for (name, ratio) in costs {
@@ -210,10 +211,10 @@ fn checks(case: &Case) -> Vec<Check> {
 }
 
 fn plot(case: &Case) -> Plot {
-    let point = |found: &Found| (found.ms(), found.exact.rel_rmse);
-    let matched: Vec<&Found> = case.equal.iter().flatten().collect();
+    let point = |found: &Measured| (found.ms(), found.on_geometry.rel_rmse);
+    let matched: Vec<&Measured> = case.equal.iter().flatten().collect();
     Plot {
-        file: format!("{}.svg", wyman_bench::slug(&case.lit.title)),
+        file: format!("{}.svg", slug(&case.lit.title)),
         title: format!("{}: error against time", case.lit.title),
         caption: "Error is rel_rmse against the exact picture; the map's own error is the floor.".into(),
         x: Axis::new("time of the airlight", "ms"),
@@ -240,20 +241,18 @@ fn plot(case: &Case) -> Plot {
 
 fn pictures(case: &Case) -> Outcome<PictureRow> {
     let lit = &case.lit;
-    let mut panels: Vec<Panel> = case.hybrid.panels(lit, &case.hybrid.setting.name)?.into();
-    for (found, name) in case.equal.iter().zip(EQUAL) {
-        let Some(found) = found else { continue };
-        let samples = found.setting.options.samples.unwrap_or(0);
-        panels.extend(found.panels(lit, &format!("brute force, {name}, {samples} samples"))?);
+    let mut pictures: Vec<Panel> = panels(lit, &case.hybrid)?.into();
+    for found in case.equal.iter().flatten() {
+        pictures.extend(panels(lit, found)?);
     }
-    panels.push(Panel::new(
-        format!("{}-exact.png", wyman_bench::slug(&lit.title)),
+    pictures.push(Panel::new(
+        format!("{}-exact.png", slug(&lit.title)),
         "exact",
         format!("Airlight of {}, exact", lit.title),
-        &to_srgb8(&lit.exact, lit.exposure()),
+        &to_srgb8(&lit.exact, display_scale(&lit.exact, 95)),
         PanelKind::Plain,
     )?);
-    Ok(PictureRow { caption: format!("{}, airlight only", lit.title), panels })
+    Ok(PictureRow { caption: format!("{}, airlight only", lit.title), panels: pictures })
 }
 
 fn notes(context: &Context, plan: &Plan) -> Vec<String> {
@@ -261,8 +260,8 @@ fn notes(context: &Context, plan: &Plan) -> Vec<String> {
         format!("Pictures are {0}×{0}, airlight only, in the thin medium; map {1}².", plan.side, plan.map),
         format!("The hybrid takes {HYBRID_SAMPLES} steps between the faces and half as many in each lit segment beside them, six bisections a boundary, and mips of the window. Equal samples: the march takes as many as the hybrid has steps or lookups on average, whichever are more."),
         "Equal cost and equal quality are interpolated in a sweep; the marches found are then measured in turns with the hybrid. A march that does not get there in 4000 steps is not measured.".into(),
-        COUNT_NOTE.into(),
+        LIT_NOTE.into(),
     ];
-    notes.extend(wyman_bench::clock_note(context));
+    notes.extend(clock_note(context));
     notes
 }

@@ -4,7 +4,10 @@
 use hybrid_march::Placement;
 use scene::AirlightModel;
 
-use super::wyman_bench::{self, COUNT_NOTE, Found, Lit, Setting, at_error, model_name};
+use super::counts::{Counts, LIT_NOTE};
+use super::measure::{Arena, Measured, Setting};
+use super::shown::{clock_note, slug};
+use super::wyman_bench::{self, at_error, lit, model_name, panels};
 use super::{Context, Preset, experiment, gpu_or_cpu};
 use crate::failure::Outcome;
 use crate::report::data::{Bound, Check, EqualError};
@@ -22,7 +25,7 @@ const FEWER: f64 = 2.0;
 const NEARLY: f64 = 1.02;
 
 /// A figure of a measurement.
-type Figure = fn(&Found) -> f64;
+type Figure = fn(&Measured) -> f64;
 
 struct Plan {
     side: u32,
@@ -98,24 +101,24 @@ impl Variant {
                 Technique::Hybrid
             }
         };
-        Setting { name: format!("{}, {samples} samples", self.name()), technique, options }
+        Setting::new(format!("{}, {samples} samples", self.name()), technique, options)
     }
 }
 
 /// All samples of one model.
 struct Case {
     model: AirlightModel,
-    lit: Lit,
-    found: Vec<(Variant, Found)>,
+    lit: Arena,
+    found: Vec<(Variant, Measured)>,
 }
 
 impl Case {
-    fn series(&self, variant: Variant) -> impl Iterator<Item = &Found> {
+    fn series(&self, variant: Variant) -> impl Iterator<Item = &Measured> {
         self.found.iter().filter(move |(of, _)| *of == variant).map(|(_, found)| found)
     }
 
     fn best(&self, variant: Variant) -> f64 {
-        self.series(variant).map(|found| found.exact.rel_rmse).fold(f64::INFINITY, f64::min)
+        self.series(variant).map(|found| found.on_geometry.rel_rmse).fold(f64::INFINITY, f64::min)
     }
 
     /// The error at which costs are compared: the wanted one, or the best that both reach.
@@ -126,7 +129,7 @@ impl Case {
     }
 
     /// Brute force's value of `x` over a variant's at equal error.
-    fn ratio(&self, variant: Variant, target: f64, x: impl Fn(&Found) -> f64) -> Option<f64> {
+    fn ratio(&self, variant: Variant, target: f64, x: impl Fn(&Measured) -> f64) -> Option<f64> {
         Some(
             at_error(self.series(Variant::BruteForce), &x, target)?
                 / at_error(self.series(variant), &x, target)?,
@@ -150,19 +153,21 @@ pub(super) fn run(context: &Context) -> Outcome<Section> {
             continue;
         };
         let title = format!("{}, stained glass, {}", source.title(), model_name(model));
-        let lit = Lit::new(title, setup, plan.side, plan.map)?;
+        let mut lit = lit(title, setup, [plan.side, plan.map], f64::INFINITY)?;
         let pairs: Vec<(Variant, u32)> = Variant::ALL
             .into_iter()
             .flat_map(|variant| plan.of(variant, model).iter().map(move |&samples| (variant, samples)))
             .collect();
-        let settings = pairs.iter().map(|(variant, samples)| variant.setting(lit.base(), *samples)).collect();
-        let measured = lit.measure(context, settings)?;
+        let settings: Vec<Setting> =
+            pairs.iter().map(|(variant, samples)| variant.setting(lit.base, *samples)).collect();
+        let measured = wyman_bench::measure(context, &mut lit, &settings)?;
         let found = pairs.into_iter().map(|(variant, _)| variant).zip(measured).collect();
         cases.push(Case { model, lit, found });
     }
     let mut section = Section::default();
     for case in &cases {
-        found.rows.extend(case.found.iter().map(|(_, result)| result.row(&case.lit)));
+        let row = |(_, result): &(Variant, Measured)| result.row(&case.lit.title, case.lit.triangles());
+        found.rows.extend(case.found.iter().map(row));
         found.equal_error.extend(TARGETS.iter().map(|&target| equal_error(case, target)));
         found.checks.extend(TARGETS.iter().flat_map(|&target| checks(case, target)));
         section.tables.push(table(case));
@@ -182,11 +187,11 @@ fn equal_error(case: &Case, target: f64) -> EqualError {
         scene: case.lit.title.clone(),
         metric: "rel_rmse".into(),
         target,
-        ms: variants.iter().map(|v| (v.name(), at_error(case.series(*v), Found::ms, target))).collect(),
+        ms: variants.iter().map(|v| (v.name(), at_error(case.series(*v), Measured::ms, target))).collect(),
         speedup_over_brute_force: variants
             .iter()
             .filter(|v| **v != Variant::BruteForce)
-            .map(|v| (v.name(), case.ratio(*v, target, Found::ms)))
+            .map(|v| (v.name(), case.ratio(*v, target, Measured::ms)))
             .collect(),
     }
 }
@@ -195,11 +200,8 @@ fn checks(case: &Case, wanted: f64) -> Vec<Check> {
     let target = case.reachable(wanted);
     let variant = Variant::default_for(case.model);
     let percent = |error: f64| format!("{:.3} %", 100.0 * error);
-    let costs: [(&str, Figure, f64); 3] = [
-        ("steps", |found| found.counts.steps, FEWER),
-        ("lookups", |found| found.counts.lookups, FEWER),
-        ("ms", Found::ms, 1.0),
-    ];
+    let costs: [(&str, Figure, f64); 3] =
+        [("steps", Measured::steps, FEWER), ("lookups", Measured::lookups, FEWER), ("ms", Measured::ms, 1.0)];
     costs
         .into_iter()
         .map(|(name, cost, bar)| {
@@ -220,7 +222,7 @@ fn checks(case: &Case, wanted: f64) -> Vec<Check> {
                 report::figure(at(Variant::BruteForce)),
                 report::figure(at(variant)),
                 variant.name(),
-                report::ratio(case.ratio(variant, target, Found::ms))
+                report::ratio(case.ratio(variant, target, Measured::ms))
             );
             if target != wanted {
                 let best = [Variant::BruteForce, variant].map(|v| percent(case.best(v)));
@@ -257,12 +259,12 @@ fn table(case: &Case) -> Table {
     for (_, found) in &case.found {
         table.push(vec![
             found.setting.name.clone(),
-            report::figure(found.counts.steps),
-            report::figure(found.counts.lookups),
+            report::figure(found.steps()),
+            report::figure(found.lookups()),
             report::time(found.ms()),
-            report::error(found.exact.rel_rmse),
+            report::error(found.on_geometry.rel_rmse),
             report::error(found.on_map.map(|on_map| on_map.rel_rmse)),
-            report::error(found.exact.shadow_err),
+            report::error(found.on_geometry.shadow_err),
         ]);
     }
     table
@@ -270,17 +272,15 @@ fn table(case: &Case) -> Table {
 
 fn plots(case: &Case) -> Vec<Plot> {
     let axes: [(&str, Axis, Figure); 3] = [
-        ("samples", Axis::new("samples per ray", ""), |found| {
-            f64::from(found.setting.options.samples.unwrap_or(0))
-        }),
+        ("samples", Axis::new("samples per ray", ""), |found| f64::from(found.samples())),
         ("steps", Axis::new("steps or lookups per covered pixel, the greater", ""), |found| {
-            found.counts.most()
+            found.counts.map_or(f64::NAN, Counts::most)
         }),
-        ("time", Axis::new("time of the airlight", "ms"), Found::ms),
+        ("time", Axis::new("time of the airlight", "ms"), Measured::ms),
     ];
     axes.into_iter()
         .map(|(name, x, of)| Plot {
-            file: format!("{}-{name}.svg", wyman_bench::slug(&case.lit.title)),
+            file: format!("{}-{name}.svg", slug(&case.lit.title)),
             title: format!("{}: error against {name}", case.lit.title),
             caption: "Error is rel_rmse against the exact picture; the map's own error is the floor.".into(),
             x,
@@ -289,7 +289,10 @@ fn plots(case: &Case) -> Vec<Plot> {
                 .into_iter()
                 .map(|variant| Series {
                     label: variant.name(),
-                    points: case.series(variant).map(|found| (of(found), found.exact.rel_rmse)).collect(),
+                    points: case
+                        .series(variant)
+                        .map(|found| (of(found), found.on_geometry.rel_rmse))
+                        .collect(),
                     joined: true,
                 })
                 .filter(|series| !series.points.is_empty())
@@ -300,7 +303,7 @@ fn plots(case: &Case) -> Vec<Plot> {
 
 /// The paper's pairs: the march at 75 and 300 or so, the hybrid at 75.
 fn pictures(case: &Case) -> Outcome<Option<PictureRow>> {
-    let mut panels = Vec::new();
+    let mut pictures = Vec::new();
     for (variant, samples) in
         [(Variant::BruteForce, 75), (Variant::BruteForce, 300), (Variant::default_for(case.model), 75)]
     {
@@ -308,9 +311,9 @@ fn pictures(case: &Case) -> Outcome<Option<PictureRow>> {
         let Some(found) = series.find(|found| found.setting.options.samples == Some(samples)) else {
             continue;
         };
-        panels.extend(found.panels(&case.lit, &found.setting.name)?);
+        pictures.extend(panels(&case.lit, found)?);
     }
-    Ok(Some(PictureRow { caption: format!("{}, airlight only", case.lit.title), panels })
+    Ok(Some(PictureRow { caption: format!("{}, airlight only", case.lit.title), panels: pictures })
         .filter(|row| !row.panels.is_empty()))
 }
 
@@ -318,9 +321,9 @@ fn notes(context: &Context, plan: &Plan) -> Vec<String> {
     let mut notes = vec![
         format!("Pictures are {0}×{0}, airlight only, in the thin medium; map {1}².", plan.side, plan.map),
         "N samples of the hybrid are N between the faces of the shadow volumes and N/2 in each lit segment beside them; boundaries are bisected six times. The march takes N over the whole cone.".into(),
-        COUNT_NOTE.into(),
+        LIT_NOTE.into(),
         "The window is of 128² texels: one look at the picture in the middle of a step misses panes that a mean over the step does not.".into(),
     ];
-    notes.extend(wyman_bench::clock_note(context));
+    notes.extend(clock_note(context));
     notes
 }

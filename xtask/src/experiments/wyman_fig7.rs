@@ -2,20 +2,20 @@
 
 use ground_truth::{ExactShadows, render_rows};
 use hybrid_march::{FaceBounds, ShadowVolume};
-use scene::{Bvh, Interval, Light, LightId, LitIntervals};
+use scene::{Interval, Light, LightId, LitIntervals};
 
-use super::shots::{self, Setting, Shot, Shots, Subject, display_scale, slug};
+use super::counts::for_all_pixels;
+use super::equal_error::interpolate;
+use super::measure::{self, Arena, Measured, Setting};
+use super::shown::{self, clock_note, display_scale, slug};
 use super::{Context, Preset, experiment, gpu_or_cpu, wyman_fig7_options};
-use crate::failure::{Failure, Outcome};
+use crate::failure::Outcome;
 use crate::image_file::to_srgb8;
-use crate::maps::{MapOptions, MapSurface, Maps};
 use crate::report::data::{Bound, Check, EqualError, Experiment};
 use crate::report::table::{Column, Table};
 use crate::report::{self, Axis, Panel, PanelKind, PictureRow, Plot, Section, Series};
-use crate::scene_args::Setup;
 use crate::setups::Source;
-use crate::technique::{Extruded, HybridOptions, Options, Technique, VisibilitySource};
-use crate::view_rays::ViewRays;
+use crate::technique::{Extruded, HybridOptions, Options, Technique};
 use crate::volumes::extruded_mesh;
 
 /// Share of what shadows change at which techniques are compared.
@@ -95,27 +95,36 @@ struct Complexity {
 }
 
 struct Case {
-    title: String,
-    triangles: u64,
+    arena: Arena,
     complexity: Complexity,
-    shots: Shots,
+    shots: Vec<Measured>,
 }
 
 impl Case {
+    /// Settings whose names start with `family`.
+    fn family(&self, family: &str) -> impl Iterator<Item = &Measured> {
+        self.shots.iter().filter(move |shot| shot.setting.name.starts_with(family))
+    }
+
+    /// The value of `x` at which a family reaches the target on the map.
+    fn needs(&self, family: &str, x: impl Fn(&Measured) -> f64) -> Option<f64> {
+        interpolate(self.family(family).map(|shot| (x(shot), shot.map_error())), TARGET)
+    }
+
     fn lookups(&self, family: &str) -> Option<f64> {
-        self.shots.at_error(family, TARGET, |shot| shot.lookups)
+        self.needs(family, Measured::lookups)
     }
 
     fn samples(&self, family: &str) -> Option<f64> {
-        self.shots.at_error(family, TARGET, |shot| f64::from(shot.options.samples.unwrap_or(0)))
+        self.needs(family, |shot| f64::from(shot.samples()))
     }
 
     fn ms(&self, family: &str) -> Option<f64> {
-        self.shots.at_error(family, TARGET, Shot::ms)
+        self.needs(family, Measured::ms)
     }
 
     fn edges(&self) -> Option<u64> {
-        self.shots.shots.iter().find_map(|shot| shot.edges)
+        self.shots.iter().find_map(|shot| shot.edges)
     }
 }
 
@@ -135,7 +144,8 @@ pub(super) fn run(context: &Context) -> Outcome<Section> {
         let Some(source) = source(context, id) else { continue };
         tracing::info!("{}", source.title());
         let setup = source.setup(depth)?;
-        cases.push(measure(context, &plan, source.title(), &setup, &mut found, &mut section)?);
+        let arena = Arena::new(source.title(), setup, base(&plan))?;
+        cases.push(measure(context, &plan, arena, &mut found, &mut section)?);
     }
     section.tables.push(table(&cases));
     for case in &cases {
@@ -145,7 +155,7 @@ pub(super) fn run(context: &Context) -> Outcome<Section> {
     }
     wyman_fig7_options::run(context, &plan, depth, &mut found, &mut section)?;
     found.notes.extend(notes(&plan));
-    found.notes.extend(shots::device_notes(context));
+    found.notes.extend(clock_note(context));
     section.experiment = found;
     Ok(section)
 }
@@ -163,12 +173,7 @@ pub(super) fn source(context: &Context, id: &str) -> Option<Source> {
 
 /// What all pictures have in common.
 pub(super) fn base(plan: &Plan) -> Options {
-    Options {
-        airlight_only: true,
-        visibility: VisibilitySource::Map,
-        map: MapOptions { side: plan.map, surface: MapSurface::Step },
-        ..Options::new((plan.side, plan.side))
-    }
+    measure::base(plan.side, plan.map)
 }
 
 /// A hybrid as the paper has it: faces by pixel, and no boundary looked for between two samples.
@@ -176,12 +181,10 @@ pub(super) fn plain(extruded: Extruded) -> HybridOptions {
     HybridOptions { extruded, tile: 1, refine: 0, ..HybridOptions::default() }
 }
 
-fn settings<'a>(plan: &Plan, base: &Options, maps: &'a Maps) -> Vec<Setting<'a>> {
-    let setting = |family: &str, technique, samples, hybrid| Setting {
-        name: format!("{family}, {samples} samples"),
-        technique,
-        options: Options { samples: Some(samples), hybrid, ..*base },
-        maps,
+fn settings(plan: &Plan, base: Options) -> Vec<Setting> {
+    let setting = |family: &str, technique, samples, hybrid| {
+        let options = Options { samples: Some(samples), hybrid, ..base };
+        Setting::new(format!("{family}, {samples} samples"), technique, options)
     };
     let hybrid = Technique::Hybrid;
     let plain = plan.between.iter().map(|&n| setting(PLAIN, hybrid, n, plain(Extruded::Scene)));
@@ -194,36 +197,31 @@ fn settings<'a>(plan: &Plan, base: &Options, maps: &'a Maps) -> Vec<Setting<'a>>
 fn measure(
     context: &Context,
     plan: &Plan,
-    title: String,
-    setup: &Setup,
+    mut arena: Arena,
     found: &mut Experiment,
     section: &mut Section,
 ) -> Outcome<Case> {
-    let bvh = Bvh::build(&setup.scene).map_err(Failure::program)?;
-    let base = base(plan);
-    let maps = Maps::draw(setup, &base.map)?;
-    let subject = Subject { title: &title, setup, bvh: &bvh, side: plan.side, maps: &maps };
-    let shots = shots::take(context, &subject, &base, &settings(plan, &base, &maps))?;
-    found.rows.extend(shots.shots.iter().map(|shot| shot.row(&subject)));
-    let complexity = complexity(setup, &bvh, plan.side)?;
-    section.pictures.push(pictures(&title, &complexity, &shots)?);
-    Ok(Case { triangles: setup.scene.triangle_count() as u64, complexity, shots, title })
+    let mut shots = arena.measure(context.gpu.as_ref(), &settings(plan, arena.base))?;
+    for_all_pixels(&arena, &mut shots)?;
+    found.rows.extend(shots.iter().map(|shot| shot.row(&arena.title, arena.triangles())));
+    let case = Case { complexity: complexity(&arena)?, arena, shots };
+    section.pictures.push(pictures(&case)?);
+    Ok(case)
 }
 
 /// Counts boundaries on every ray from the exact lit intervals, and pixels with faces.
-fn complexity(setup: &Setup, bvh: &Bvh, side: u32) -> Outcome<Complexity> {
-    let size = (side, side);
-    let rays = ViewRays::trace(&setup.camera, bvh, size);
+fn complexity(arena: &Arena) -> Outcome<Complexity> {
+    let Arena { setup, bvh, rays, base: Options { size, .. }, .. } = arena;
     let mesh = extruded_mesh(setup, Extruded::Scene)?;
     let bounds: Vec<FaceBounds> = setup
         .lights
         .iter()
-        .map(|light| FaceBounds::draw(&ShadowVolume::new(&mesh, light), &setup.camera, size, 1))
+        .map(|light| FaceBounds::draw(&ShadowVolume::new(&mesh, light), &setup.camera, *size, 1))
         .collect();
     let shadows = ExactShadows::new(bvh, &setup.lights);
-    let counts = render_rows(size, &|_| (), |x, y| {
-        let end = rays.end(y as usize * side as usize + x as usize, f64::INFINITY);
-        let ray = setup.camera.pixel_ray(x, y, size);
+    let counts = render_rows(*size, &|_| (), |x, y| {
+        let end = rays.end(y as usize * size.0 as usize + x as usize, f64::INFINITY);
+        let ray = setup.camera.pixel_ray(x, y, *size);
         let (mut boundaries, mut covered, mut lit) = (0, false, Vec::new());
         for (index, light) in setup.lights.iter().enumerate() {
             let whole = Interval::new(0.0, end);
@@ -262,8 +260,8 @@ fn table(cases: &[Case]) -> Table {
     let mut table = Table::new("Depth complexity, and what 1 % of error on the map takes", columns);
     for case in cases {
         let mut line = vec![
-            case.title.clone(),
-            report::count(case.triangles),
+            case.arena.title.clone(),
+            report::count(case.arena.triangles()),
             report::count(case.edges()),
             report::figure(case.complexity.mean),
             case.complexity.most.to_string(),
@@ -284,7 +282,7 @@ fn table(cases: &[Case]) -> Table {
 fn checks(case: &Case) -> Vec<Check> {
     let ratio = |of: &dyn Fn(&str) -> Option<f64>, family| Some(of(BRUTE)? / of(family)?);
     let check = |claim: String, paper: &str, measured, bar| {
-        Check::new(format!("{}: {claim}", case.title), paper, measured, Bound::AtLeast, bar)
+        Check::new(format!("{}: {claim}", case.arena.title), paper, measured, Bound::AtLeast, bar)
     };
     vec![
         check(
@@ -318,7 +316,7 @@ fn equal_error(case: &Case) -> EqualError {
     let march = case.ms(BRUTE);
     let families = [PLAIN, REFINED];
     EqualError {
-        scene: case.title.clone(),
+        scene: case.arena.title.clone(),
         metric: "shadow_err_map".into(),
         target: TARGET,
         ms: [PLAIN, REFINED, BRUTE].map(|family| (family.to_owned(), case.ms(family))).into(),
@@ -331,18 +329,12 @@ fn equal_error(case: &Case) -> EqualError {
 fn plot(case: &Case) -> Plot {
     let series = |family: &str| Series {
         label: family.into(),
-        points: case
-            .shots
-            .shots
-            .iter()
-            .filter(|shot| shot.name.starts_with(family))
-            .map(|shot| (shot.lookups, shot.map_error()))
-            .collect(),
+        points: case.family(family).map(|shot| (shot.lookups(), shot.map_error())).collect(),
         joined: true,
     };
     Plot {
-        file: format!("{}.svg", slug(&case.title)),
-        title: format!("{}: error on the map against lookups", case.title),
+        file: format!("{}.svg", slug(&case.arena.title)),
+        title: format!("{}: error on the map against lookups", case.arena.title),
         caption: format!(
             "{} boundaries a ray on average, faces on {} of the pixels.",
             report::figure(case.complexity.mean),
@@ -354,26 +346,22 @@ fn plot(case: &Case) -> Plot {
     }
 }
 
-fn pictures(title: &str, complexity: &Complexity, shots: &Shots) -> Outcome<PictureRow> {
-    let (id, scale) = (slug(title), display_scale(&shots.exact, 95));
+fn pictures(case: &Case) -> Outcome<PictureRow> {
+    let Case { arena, complexity, shots } = case;
+    let title = &arena.title;
+    let (id, scale) = (slug(title), display_scale(&arena.exact, 95));
     let exact = Panel::new(
         format!("{id}-exact.png"),
-        format!("exact, {} on the CPU", report::time(shots.exact_ms)),
+        format!("exact, {} on the CPU", report::time(arena.exact_ms)),
         format!("Airlight of {title}, exact"),
-        &to_srgb8(&shots.exact, scale),
+        &to_srgb8(&arena.exact, scale),
         PanelKind::Plain,
     )?;
     let mut panels = vec![exact];
     for (family, samples) in [(PLAIN, 50), (REFINED, 12), (BRUTE, 150)] {
-        let Some(shot) = shots.of(&format!("{family}, {samples} samples")) else { continue };
-        panels.push(shot.panel(
-            &id,
-            &format!("Airlight of {title}"),
-            &shot.image,
-            scale,
-            &shot.on_geometry,
-        )?);
-        panels.push(shot.error_panel(&id, &shot.image, &shots.exact)?);
+        let name = format!("{family}, {samples} samples");
+        let Some(shot) = shots.iter().find(|shot| shot.setting.name == name) else { continue };
+        panels.extend(shown::panels(title, shot, (&arena.exact, &shot.on_geometry), scale)?);
     }
     let caption = format!(
         "{title}: {} boundaries of shadow a ray, {} at most",

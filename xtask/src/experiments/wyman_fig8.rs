@@ -3,7 +3,10 @@
 
 use scene::AirlightModel;
 
-use super::wyman_bench::{self, COUNT_NOTE, Found, Lit, Setting, model_name, slug};
+use super::counts::LIT_NOTE;
+use super::measure::{Arena, Measured, Setting};
+use super::shown::{clock_note, display_scale, slug};
+use super::wyman_bench::{self, lit, model_name, panels};
 use super::{Context, Preset, experiment, gpu_or_cpu};
 use crate::failure::Outcome;
 use crate::image_file::{Image, to_srgb8};
@@ -49,9 +52,10 @@ pub(super) fn run(context: &Context) -> Outcome<Section> {
         for model in [AirlightModel::Sun, AirlightModel::HoffmanPreetham] {
             let Some((setup, light)) = lit_by(context, &source, model)? else { continue };
             let title = format!("{}, {light}, {}", source.title(), model_name(model));
-            let lit = Lit::new(title, setup, plan.side, plan.map)?;
-            let results = lit.measure(context, settings(&lit))?;
-            found.rows.extend(results.iter().map(|result| result.row(&lit)));
+            let mut lit = lit(title, setup, [plan.side, plan.map], f64::INFINITY)?;
+            let settings = settings(lit.base);
+            let results = wyman_bench::measure(context, &mut lit, &settings)?;
+            found.rows.extend(results.iter().map(|result| result.row(&lit.title, lit.triangles())));
             found.rows.push(exact_row(&lit));
             found.checks.extend(checks(&lit, &results));
             section.pictures.push(pictures(&lit, &results)?);
@@ -79,55 +83,49 @@ fn lit_by(
 }
 
 /// The hybrid at both resolutions, and the march that the paper's ray tracer was.
-fn settings(lit: &Lit) -> Vec<Setting> {
-    let base = lit.base();
-    let hybrid = |name: &str, scattering_scale| Setting {
-        name: name.into(),
-        technique: Technique::Hybrid,
-        options: Options { scattering_scale, ..base },
+fn settings(base: Options) -> [Setting; 3] {
+    let hybrid = |name: &str, scattering_scale| {
+        Setting::new(name, Technique::Hybrid, Options { scattering_scale, ..base })
     };
-    vec![
+    let march = Options { samples: Some(RAY_TRACER), ..base };
+    [
         hybrid("hybrid", 1),
         hybrid("hybrid, quarter resolution", 4),
-        Setting {
-            name: format!("march, {RAY_TRACER} samples"),
-            technique: Technique::BruteForce,
-            options: Options { samples: Some(RAY_TRACER), ..base },
-        },
+        Setting::new(format!("march, {RAY_TRACER} samples"), Technique::BruteForce, march),
     ]
 }
 
 /// The reference's own time; its error is none by definition.
-fn exact_row(lit: &Lit) -> Row {
+fn exact_row(lit: &Arena) -> Row {
     let mut row = Row::new(&lit.title, "exact, on the CPU");
-    row.triangles = Some(lit.setup.scene.triangle_count() as u64);
+    row.triangles = Some(lit.triangles());
     (row.ms_scatter, row.ms_frame, row.frames) = (Some(lit.exact_ms), Some(lit.exact_ms), Some(1));
     (row.rel_rmse, row.shadow_err, row.nmae, row.p99, row.flip) =
         (Some(0.0), Some(0.0), Some(0.0), Some(0.0), Some(0.0));
     row
 }
 
-fn checks(lit: &Lit, results: &[Found]) -> Vec<Check> {
+fn checks(lit: &Arena, results: &[Measured]) -> Vec<Check> {
     let paper = "Figure 8: comparable to ray tracing with the same model";
     let [full, quarter, march] = results else { return Vec::new() };
-    let figures = |found: &Found| {
+    let figures = |found: &Measured| {
         format!(
             "{}: rel_rmse {}, shadow error {}, in {}",
             found.setting.name,
-            crate::report::error(found.exact.rel_rmse),
-            crate::report::error(found.exact.shadow_err),
+            crate::report::error(found.on_geometry.rel_rmse),
+            crate::report::error(found.on_geometry.shadow_err),
             crate::report::time(found.ms())
         )
     };
-    let note = |found: &Found| Some(format!("{}; {}", figures(found), figures(march)));
+    let note = |found: &Measured| Some(format!("{}; {}", figures(found), figures(march)));
     let mut checks = Vec::new();
     for found in [full, quarter] {
         let claim = format!("{}, {}: FLIP against the exact picture", lit.title, found.setting.name);
-        let mut check = Check::new(claim, paper, Some(found.exact.flip), Bound::AtMost, COMPARABLE);
+        let mut check = Check::new(claim, paper, Some(found.on_geometry.flip), Bound::AtMost, COMPARABLE);
         check.note = note(found);
         checks.push(check);
     }
-    let share = full.exact.rel_rmse / march.exact.rel_rmse;
+    let share = full.on_geometry.rel_rmse / march.on_geometry.rel_rmse;
     let claim = format!("{}: the hybrid's rel_rmse, as a share of the {RAY_TRACER}-step march's", lit.title);
     let mut check = Check::new(claim, paper, Some(share), Bound::AtMost, 1.0);
     check.note = note(full);
@@ -135,26 +133,26 @@ fn checks(lit: &Lit, results: &[Found]) -> Vec<Check> {
     checks
 }
 
-fn exact_panel(lit: &Lit) -> Outcome<Panel> {
+fn exact_panel(lit: &Arena) -> Outcome<Panel> {
     Panel::new(
         format!("{}-exact.png", slug(&lit.title)),
         "exact",
         format!("Airlight of {}, exact", lit.title),
-        &to_srgb8(&lit.exact, lit.exposure()),
+        &to_srgb8(&lit.exact, display_scale(&lit.exact, 95)),
         PanelKind::Plain,
     )
 }
 
-fn pictures(lit: &Lit, results: &[Found]) -> Outcome<PictureRow> {
-    let mut panels = vec![exact_panel(lit)?];
+fn pictures(lit: &Arena, results: &[Measured]) -> Outcome<PictureRow> {
+    let mut pictures = vec![exact_panel(lit)?];
     for result in results {
-        panels.extend(result.panels(lit, &result.setting.name)?);
+        pictures.extend(panels(lit, result)?);
     }
-    Ok(PictureRow { caption: format!("{}, airlight only", lit.title), panels })
+    Ok(PictureRow { caption: format!("{}, airlight only", lit.title), panels: pictures })
 }
 
 /// Where the quarter-resolution picture is worst, enlarged, as it is and with its contrast raised.
-fn insets(lit: &Lit, results: &[Found]) -> Outcome<PictureRow> {
+fn insets(lit: &Arena, results: &[Measured]) -> Outcome<PictureRow> {
     let corner = results.get(1).map_or((0, 0), |quarter| worst(&quarter.image, &lit.exact));
     let cut = |image: &Image| crop(image, corner);
     let exact = cut(&lit.exact);
@@ -166,7 +164,9 @@ fn insets(lit: &Lit, results: &[Found]) -> Outcome<PictureRow> {
     for (name, image) in all {
         let inset = cut(image);
         let raised = contrast(&inset, low, high);
-        for (kind, picture, scale) in [("inset", &inset, lit.exposure()), ("raised contrast", &raised, 1.0)] {
+        for (kind, picture, scale) in
+            [("inset", &inset, display_scale(&lit.exact, 95)), ("raised contrast", &raised, 1.0)]
+        {
             panels.push(Panel::new(
                 format!("{}.png", slug(&format!("{} {name} {kind}", lit.title))),
                 format!("{name}, {kind}"),
@@ -234,8 +234,8 @@ fn notes(context: &Context, plan: &Plan) -> Vec<String> {
         format!("Pictures are {0}×{0}, airlight only, in the thin medium; map {1}².", plan.side, plan.map),
         "The reference is exact: shadows are analytic, and integrals are closed forms or quadrature in f64. The paper's was a ray tracer that sampled scattering 500 times a pixel; a march with as many steps over the light's whole extent stands for it, on the same map as the hybrid.".into(),
         "What remains of both marches' errors at full resolution is mostly the map's: see rel_rmse_on_map beside rel_rmse.".into(),
-        COUNT_NOTE.into(),
+        LIT_NOTE.into(),
     ];
-    notes.extend(wyman_bench::clock_note(context));
+    notes.extend(clock_note(context));
     notes
 }

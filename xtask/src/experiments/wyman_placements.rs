@@ -10,15 +10,12 @@ use media_math::{Foot, airlight};
 use scene::{Aabb, BvhVisibility, DRay, Interval, Light, LightId, Mesh, PointLight, Visibility};
 
 use super::equal_error::median;
-use super::wyman_bench::Lit;
+use super::measure::{Arena, in_turns};
 use crate::failure::{Failure, Outcome};
 use crate::image_file::Image;
 use crate::scene_args::Setup;
-use crate::technique::Extruded;
+use crate::technique::{Extruded, Options};
 use crate::volumes::extruded_mesh;
-
-/// Frames of which a time is the median.
-const WARM_FRAMES: usize = 5;
 
 /// How far before its end a ray is asked whether it ends in shadow, as a share of its length.
 const BEFORE_END: f64 = 1e-6;
@@ -72,7 +69,7 @@ pub(super) fn far_enough(setup: &Setup) -> f64 {
 
 /// The march, and what it asks.
 struct March<'a> {
-    lit: &'a Lit,
+    lit: &'a Arena,
     light: &'a PointLight,
     visibility: BvhVisibility<'a>,
     samples: u32,
@@ -84,7 +81,7 @@ struct March<'a> {
 /// Which pixels meet a face, and the pictures of all placements.
 ///
 /// Fails for a light that is no point light.
-pub(super) fn measure(lit: &Lit, samples: u32) -> Outcome<(Vec<bool>, Vec<Timed>)> {
+pub(super) fn measure(lit: &Arena, samples: u32) -> Outcome<(Vec<bool>, Vec<Timed>)> {
     let setup = &lit.setup;
     let [Light::Point(light)] = &setup.lights[..] else {
         return Err(Failure::program("placements of steps in the light of other than one point light"));
@@ -92,7 +89,7 @@ pub(super) fn measure(lit: &Lit, samples: u32) -> Outcome<(Vec<bool>, Vec<Timed>
     let faces = faces(lit)?;
     let visibility = BvhVisibility::new(&lit.bvh, &setup.lights);
     let mut march = March { lit, light, visibility, samples, planes: (0.0, 0.0), lookups: AtomicU64::new(0) };
-    let pixels = (0..lit.size.1).flat_map(|y| (0..lit.size.0).map(move |x| (x, y)));
+    let pixels = (0..lit.base.size.1).flat_map(|y| (0..lit.base.size.0).map(move |x| (x, y)));
     let counts: Vec<bool> = pixels.clone().map(|(x, y)| march.shadowed(&faces, x, y).is_some()).collect();
     let depths = pixels.filter_map(|(x, y)| {
         let depth = march.ray(x, y).direction.dot(setup.camera.forward.as_dvec3());
@@ -109,26 +106,30 @@ pub(super) fn measure(lit: &Lit, samples: u32) -> Outcome<(Vec<bool>, Vec<Timed>
             Ok(Timed { steps, image, times: Vec::new(), lookups })
         })
         .collect::<Outcome<_>>()?;
-    for _ in 0..WARM_FRAMES {
-        for result in &mut timed {
-            let started = Instant::now();
-            march.picture(result.steps)?;
-            result.times.push(started.elapsed().as_secs_f64() * 1e3);
-        }
-    }
-    timed.iter_mut().for_each(|result| result.times.sort_by(f64::total_cmp));
+    let times = in_turns(&mut timed, |result| {
+        let started = Instant::now();
+        march.picture(result.steps)?;
+        Ok(started.elapsed().as_secs_f64() * 1e3)
+    })?;
+    timed.iter_mut().zip(times).for_each(|(result, times)| result.times = times);
     Ok((counts, timed))
 }
 
-fn faces(lit: &Lit) -> Outcome<FaceBounds> {
+fn faces(lit: &Arena) -> Outcome<FaceBounds> {
     let mesh = extruded_mesh(&lit.setup, Extruded::Scene)?;
     let volume = ShadowVolume::new(&mesh, &lit.setup.lights[0]);
-    Ok(FaceBounds::draw(&volume, &lit.setup.camera, lit.size, 1))
+    Ok(FaceBounds::draw(&volume, &lit.setup.camera, lit.base.size, 1))
 }
 
 impl March<'_> {
     fn ray(&self, x: u32, y: u32) -> DRay {
-        self.lit.setup.camera.pixel_ray(x, y, self.lit.size)
+        self.lit.setup.camera.pixel_ray(x, y, self.lit.base.size)
+    }
+
+    /// How far the ray of a pixel is integrated; units: m.
+    fn end(&self, x: u32, y: u32) -> f64 {
+        let Options { size, max_distance, .. } = self.lit.base;
+        self.lit.rays.end((y * size.0 + x) as usize, max_distance)
     }
 
     fn is_lit(&self, ray: &DRay, x: f64) -> bool {
@@ -139,7 +140,7 @@ impl March<'_> {
     /// The part of a pixel's ray outside of which it is lit: between its faces, from the eye where that is dark, and to
     /// the ray's end where that is.
     fn shadowed(&self, faces: &FaceBounds, x: u32, y: u32) -> Option<Interval> {
-        let (ray, end) = (self.ray(x, y), self.lit.end(x, y));
+        let (ray, end) = (self.ray(x, y), self.end(x, y));
         let faces = faces.at(x, y).unwrap_or(Interval::new(end, 0.0));
         let front = if self.is_lit(&ray, 0.0) { faces.start.min(end) } else { 0.0 };
         let back = if self.is_lit(&ray, end * (1.0 - BEFORE_END)) { faces.end.min(end) } else { end };
@@ -148,10 +149,10 @@ impl March<'_> {
 
     fn picture(&self, steps: Steps) -> Outcome<Image> {
         let faces = if steps == Steps::BetweenFaces { Some(faces(self.lit)?) } else { None };
-        let size = self.lit.size;
+        let size = self.lit.base.size;
         let forward = self.lit.setup.camera.forward.as_dvec3();
         let pixels = render_rows(size, &|_| (), |x, y| {
-            let (ray, end) = (self.ray(x, y), self.lit.end(x, y));
+            let (ray, end) = (self.ray(x, y), self.end(x, y));
             let part = match steps {
                 Steps::BetweenFaces => faces
                     .as_ref()

@@ -7,21 +7,21 @@ use std::sync::Arc;
 
 use gpu_backend::AirlightForm;
 use hybrid_march::Placement;
-use scene::{AirlightModel, Bvh, Light};
+use scene::{AirlightModel, Light};
 
-use super::contest::{Arena, Measured, Setting};
 use super::equal_error::interpolate;
+use super::measure::{Arena, Measured, Rebuild, Setting, base};
+use super::shown::clock_note;
 use super::wyman_exact_times::exact_times;
 use super::{Context, Preset, experiment, gpu_or_cpu};
-use crate::failure::{Failure, Outcome};
-use crate::maps::{MapOptions, MapSurface};
+use crate::failure::Outcome;
 use crate::metrics;
 use crate::report::Section;
 use crate::report::data::Row;
 use crate::scene_args::Setup;
 use crate::setups::{LightKind, Source, Wyman};
 use crate::stained_glass::stained_glass;
-use crate::technique::{HybridOptions, Options, Technique, VisibilitySource};
+use crate::technique::{HybridOptions, Options, Technique};
 use depth_edges::rms_at_edges;
 use lookups::Lookups;
 
@@ -187,7 +187,7 @@ impl Case {
 
     /// Time of one setting over another's.
     fn ratio(above: Option<&Measured>, below: Option<&Measured>) -> Option<f64> {
-        Some(above?.ms()? / below?.ms()?)
+        Some(above?.ms() / below?.ms())
     }
 
     /// Full-resolution settings of a technique with their lookups, in ascending order of samples; those of the hybrid
@@ -214,7 +214,7 @@ impl Case {
 
     /// Least error of a curve.
     fn best(&self, way: Option<Way>) -> f64 {
-        self.curve(way).iter().map(|(result, _)| result.error()).fold(f64::INFINITY, f64::min)
+        self.curve(way).iter().map(|(result, _)| result.map_error()).fold(f64::INFINITY, f64::min)
     }
 
     /// The error at which techniques are compared: the target, or the best that the march and the bisecting hybrid reach.
@@ -225,13 +225,13 @@ impl Case {
     /// Time, lookups per covered pixel and samples that a technique needs for an error on the map.
     fn needs(&self, way: Option<Way>, target: f64) -> Option<Needs> {
         let curve = self.curve(way);
-        let of = |x: &dyn Fn(&Measured, f64) -> Option<f64>| {
-            interpolate(curve.iter().filter_map(|(result, n)| Some((x(result, *n)?, result.error()))), target)
+        let of = |x: &dyn Fn(&Measured, f64) -> f64| {
+            interpolate(curve.iter().map(|(result, n)| (x(result, *n), result.map_error())), target)
         };
         Some(Needs {
             ms: of(&|result, _| result.ms())?,
-            lookups: of(&|_, lookups| Some(lookups))?,
-            samples: of(&|result, _| result.setting.options.samples.map(f64::from))?,
+            lookups: of(&|_, lookups| lookups)?,
+            samples: of(&|result, _| f64::from(result.samples()))?,
         })
     }
 }
@@ -260,14 +260,13 @@ pub(super) fn run(context: &Context) -> Outcome<Section> {
     let mut cases = Vec::new();
     for source in &chosen(context, &plan) {
         let Some(point) = source.setup_lit(depth, LightKind::Point)? else { continue };
-        let bvh = Bvh::build(&point.scene).map_err(Failure::program)?;
-        cases.push(measure(context, &plan, source, POINT, &point, &bvh)?);
+        cases.push(measure(context, &plan, source, POINT, point)?);
         let Some(mut spot) = source.setup_lit(depth, LightKind::Spot)? else { continue };
         if plan.spots {
-            cases.push(measure(context, &plan, source, "spot light", &spot, &bvh)?);
+            cases.push(measure(context, &plan, source, "spot light", spot.clone())?);
         }
         give_glass(&mut spot);
-        cases.push(measure(context, &plan, source, TEXTURED, &spot, &bvh)?);
+        cases.push(measure(context, &plan, source, TEXTURED, spot)?);
     }
     for case in &cases {
         found.rows.extend(rows(case));
@@ -321,23 +320,17 @@ fn give_glass(setup: &mut Setup) {
 /// The table's columns, and the sweep where a light has one.
 fn settings(base: Options, plan: &Plan, light: &str) -> Vec<Setting> {
     let textured = light == TEXTURED;
-    let brute = |samples: u32, scale: u32| Setting {
-        name: brute_name(samples, scale),
-        technique: Technique::BruteForce,
-        options: Options { samples: Some(samples), scattering_scale: scale, ..base },
-        still: false,
+    let at = |samples, scattering_scale| Options { samples: Some(samples), scattering_scale, ..base };
+    let brute = |samples: u32, scale: u32| {
+        Setting::new(brute_name(samples, scale), Technique::BruteForce, at(samples, scale))
     };
-    let hybrid = |samples: u32, way: Way, scale: u32| Setting {
-        name: hybrid_name(samples, way, scale),
-        technique: Technique::Hybrid,
-        options: Options {
-            samples: Some(samples),
-            scattering_scale: scale,
-            // up to 50 each in front of, between and behind the faces
-            hybrid: HybridOptions { lit_samples: textured.then_some(samples), ..way.options() },
-            ..base
-        },
-        still: samples == HYBRID && way != Way::Tiles && !textured,
+    let hybrid = |samples: u32, way: Way, scale: u32| {
+        // up to 50 each in front of, between and behind the faces
+        let hybrid = HybridOptions { lit_samples: textured.then_some(samples), ..way.options() };
+        let options = Options { hybrid, ..at(samples, scale) };
+        let still = samples == HYBRID && way != Way::Tiles && !textured;
+        let rebuild = if still { Rebuild::Both } else { Rebuild::Always };
+        Setting { rebuild, ..Setting::new(hybrid_name(samples, way, scale), Technique::Hybrid, options) }
     };
     let mut all = vec![brute(BRUTE, 1), brute(BRUTE, LOW)];
     for way in [Way::Paper, Way::Bisected] {
@@ -345,18 +338,14 @@ fn settings(base: Options, plan: &Plan, light: &str) -> Vec<Setting> {
     }
     let low = hybrid(HYBRID, Way::Bisected, LOW);
     let options = Options { anew_at_edges: true, ..low.options };
-    all.push(Setting { name: anew_name(), options, still: false, ..low });
+    all.push(Setting::new(anew_name(), low.technique, options));
     if textured {
         return all;
     }
     // the other spot has the table's columns, the point light the sweep too
     let swept = light == POINT;
-    all.push(Setting {
-        name: NO_SHADOWS.into(),
-        technique: Technique::BruteForce,
-        options: Options { shadows_in_medium: false, samples: Some(1), ..base },
-        still: false,
-    });
+    let open = Options { shadows_in_medium: false, ..at(1, 1) };
+    all.push(Setting::new(NO_SHADOWS, Technique::BruteForce, open));
     if !swept {
         return all;
     }
@@ -365,7 +354,7 @@ fn settings(base: Options, plan: &Plan, light: &str) -> Vec<Setting> {
         let plain = hybrid(HYBRID, Way::Bisected, 1);
         let hybrid = HybridOptions { form: *form, ..plain.options.hybrid };
         let options = Options { hybrid, ..plain.options };
-        Setting { name: format!("{}, {name}", plain.name), options, still: false, ..plain }
+        Setting::new(format!("{}, {name}", plain.name), plain.technique, options)
     }));
     all.extend(plan.brute.iter().filter(|&&n| n != BRUTE).map(|&n| brute(n, 1)));
     all.extend(plan.hybrid.iter().map(|&n| hybrid(n, Way::Tiles, 1)));
@@ -378,22 +367,14 @@ fn measure(
     plan: &Plan,
     source: &Source,
     light: &'static str,
-    setup: &Setup,
-    bvh: &Bvh,
+    setup: Setup,
 ) -> Outcome<Case> {
     let scene = source.title();
     tracing::info!("{scene}, {light}");
-    let size = (plan.side, plan.side);
-    let base = Options {
-        airlight_only: true,
-        visibility: VisibilitySource::Map,
-        map: MapOptions { side: plan.map, surface: MapSurface::Step },
-        ..Options::new(size)
-    };
-    let settings = settings(base, plan, light);
-    let arena = Arena::new(setup, bvh, &base)?;
-    let results = arena.measure(context, &settings)?;
-    let counts = Lookups::count(&arena, size)?;
+    let mut arena = Arena::new(format!("{scene}, {light}"), setup, base(plan.side, plan.map))?;
+    let settings = settings(arena.base, plan, light);
+    let results = arena.measure(context.gpu.as_ref(), &settings)?;
+    let counts = Lookups::count(&arena)?;
     let lookups = settings
         .iter()
         .map(|setting| {
@@ -420,13 +401,13 @@ fn measure(
     Ok(Case {
         scene,
         light,
-        triangles: setup.scene.triangle_count() as u64,
+        triangles: arena.triangles(),
         wyman: source.entry.wyman.clone(),
         results,
         lookups,
         covered: counts.covered,
         pixels: u64::from(plan.side).pow(2),
-        exact_on_map: arena.exact_on_map.clone(),
+        exact_on_map: arena.map.exact,
         low,
     })
 }
@@ -459,10 +440,9 @@ fn notes(context: &Context, plan: &Plan) -> Vec<String> {
         "The textured light is the set-up's spot with a stained-glass picture, in Hoffman and Preetham's model; the hybrid takes up to 50 steps each in front of, between and behind the faces.".into(),
         "Paper values are from a GeForce 8800 GTX.".into(),
     ];
-    match &context.gpu {
-        Some(gpu) if !crate::gpu::is_hardware(gpu) => notes.push("A software adapter: times are wall times around a submission, and only their ratios within this run mean anything.".into()),
-        Some(_) => {}
-        None => notes.push("There is no GPU adapter: the CPU implementations were timed, on smaller pictures and fewer sample counts; they extrude shadow volumes in every frame.".into()),
+    notes.extend(clock_note(context));
+    if context.gpu.is_none() {
+        notes.push("The CPU has smaller pictures and fewer sample counts, and extrudes shadow volumes in every frame.".into());
     }
     if !context.setups.has_folder() {
         notes.push("No scenes folder was given: generated scenes of the papers' triangle counts stand in for the models, and their times must not be compared with the paper's rows as if they were the same.".into());

@@ -1,7 +1,7 @@
 //! The paper's claims, tested.
 
-use super::super::contest::Measured;
 use super::super::equal_error::median;
+use super::super::measure::Measured;
 use super::{BRUTE, Case, LOW, POINT, TEXTURED, Way, tables};
 use crate::report;
 use crate::report::data::{Bound, Check};
@@ -37,7 +37,7 @@ fn equal_samples(cases: &[Case]) -> Vec<Check> {
     for (way, textured) in
         [(Way::Bisected, false), (Way::Paper, false), (Way::Bisected, true), (Way::Paper, true)]
     {
-        let errors = |case: &Case| Some(case.hybrid(way, 1)?.error() / case.brute(BRUTE, 1)?.error());
+        let errors = |case: &Case| Some(case.hybrid(way, 1)?.map_error() / case.brute(BRUTE, 1)?.map_error());
         let own = cases.iter().filter(|case| case.textured() == textured);
         let all = sorted(own.map(|case| (case.title(), errors(case))));
         let hybrid = if textured { "stained-glass spot, hybrid 3 × 50" } else { "hybrid 50" };

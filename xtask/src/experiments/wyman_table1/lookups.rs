@@ -4,7 +4,7 @@ use hybrid_march::{BruteForce, FaceBounds, Occluders, ShadowVolume};
 use scene::Visibility;
 use shadowmap::{Bias, Filter, MapVisibility};
 
-use super::super::contest::{Arena, Setting};
+use super::super::measure::{Arena, Setting};
 use crate::failure::Outcome;
 use crate::technique::{Extruded, Technique};
 use crate::volumes::extruded_mesh;
@@ -21,16 +21,17 @@ pub(super) struct Lookups {
 }
 
 impl Lookups {
-    /// Finds the covered pixels of a picture of `size` and counts the march there.
-    pub(super) fn count(arena: &Arena<'_>, size: (u32, u32)) -> Outcome<Self> {
-        let setup = arena.setup;
+    /// Finds the covered pixels of a picture and counts the march there.
+    pub(super) fn count(arena: &Arena) -> Outcome<Self> {
+        let (setup, size) = (&arena.setup, arena.base.size);
         let mesh = extruded_mesh(setup, Extruded::Scene)?;
         let faces: Vec<FaceBounds> = setup
             .lights
             .iter()
             .map(|light| FaceBounds::draw(&ShadowVolume::new(&mesh, light), &setup.camera, size, 1))
             .collect();
-        let visibility: &dyn Visibility = &MapVisibility::new(&arena.maps.maps, Filter::Nearest, Bias::NONE);
+        let visibility: &dyn Visibility =
+            &MapVisibility::new(&arena.map.maps.maps, Filter::Nearest, Bias::NONE);
         let march = BruteForce {
             medium: &setup.medium,
             lights: &setup.lights,
@@ -51,10 +52,10 @@ impl Lookups {
 
     /// Lookups of a setting for each covered pixel: of the march those in covered pixels alone, of the hybrid all, also
     /// those in pixels that merely share a tile with a face.
-    pub(super) fn of(&self, arena: &Arena<'_>, setting: &Setting) -> Outcome<f64> {
+    pub(super) fn of(&self, arena: &Arena, setting: &Setting) -> Outcome<f64> {
         let samples = setting.options.samples.unwrap_or(setting.technique.default_samples());
         let all = match setting.technique {
-            Technique::Hybrid => arena.stage(&setting.options, &|_| ()).run(Technique::Hybrid)?.rays as f64,
+            Technique::Hybrid => arena.stage(setting)?.run(Technique::Hybrid)?.rays as f64,
             _ => self.march * f64::from(samples),
         };
         Ok(all / self.covered.max(1) as f64)

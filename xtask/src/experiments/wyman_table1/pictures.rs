@@ -1,16 +1,16 @@
 //! Plots and pictures of `wyman-table1`.
 
-use super::super::contest::Measured;
+use super::super::shown::{self, display_scale, slug};
 use super::{BRUTE, Case, LOW, Way};
 use crate::failure::Outcome;
-use crate::image_file::{Image, error_picture, to_srgb8};
-use crate::report::{Axis, Cost, Panel, PanelKind, PictureRow, Plot, Series};
+use crate::image_file::to_srgb8;
+use crate::report::{Axis, Panel, PanelKind, PictureRow, Plot, Series};
 
 /// Error against time, at full resolution.
 pub(super) fn plot(case: &Case) -> Plot {
     let series = |label: &str, way| Series {
         label: label.into(),
-        points: case.curve(way).iter().filter_map(|(r, _)| Some((r.ms()?, r.error()))).collect(),
+        points: case.curve(way).iter().map(|(r, _)| (r.ms(), r.map_error())).collect(),
         joined: true,
     };
     let paper = case.hybrid(Way::Paper, 1);
@@ -26,25 +26,17 @@ pub(super) fn plot(case: &Case) -> Plot {
             series("hybrid, tiles and bisection", Some(Way::Bisected)),
             Series {
                 label: "hybrid 50, the paper's way".into(),
-                points: paper.and_then(|r| Some((r.ms()?, r.error()))).into_iter().collect(),
+                points: paper.map(|r| (r.ms(), r.map_error())).into_iter().collect(),
                 joined: false,
             },
         ],
     }
 }
 
-fn slug(title: &str) -> String {
-    title
-        .replace("procedural:", "generated-")
-        .replace('¼', "quarter")
-        .replace([' ', ',', '\''], "-")
-        .replace("--", "-")
-}
-
 /// The exact picture, brute force, the hybrid and the hybrid at low resolution, with their errors.
 pub(super) fn row(case: &Case) -> Outcome<PictureRow> {
     let exact = &case.exact_on_map;
-    let scale = exposure(exact);
+    let scale = display_scale(exact, 95);
     let id = slug(&case.title());
     let mut panels = vec![Panel::new(
         format!("{id}-exact.png"),
@@ -60,36 +52,7 @@ pub(super) fn row(case: &Case) -> Outcome<PictureRow> {
         case.hybrid(Way::Bisected, LOW),
     ];
     for result in shown.into_iter().flatten() {
-        panels.extend(pair(case, result, &id, scale)?);
+        panels.extend(shown::panels(&case.title(), result, (exact, result.nearest_errors()), scale)?);
     }
     Ok(PictureRow { caption: format!("{}, airlight only; errors are on the map", case.title()), panels })
-}
-
-fn pair(case: &Case, result: &Measured, id: &str, scale: f32) -> Outcome<[Panel; 2]> {
-    let name = &result.setting.name;
-    let file = slug(name);
-    Ok([
-        Panel::new(
-            format!("{id}-{file}.png"),
-            name.clone(),
-            format!("Airlight of {} by {name}", case.title()),
-            &to_srgb8(&result.image, scale),
-            PanelKind::Measured(Cost::new(result.ms().unwrap_or(f64::NAN), &result.on_map)),
-        )?,
-        Panel::new(
-            format!("{id}-{file}-error.png"),
-            format!("error of {name}"),
-            format!("Error of {name} against the exact picture of the same map, pixel by pixel"),
-            &error_picture(&result.image, &case.exact_on_map)?,
-            PanelKind::ErrorMap,
-        )?,
-    ])
-}
-
-/// Scale that lands the 95th percentile at 0.8.
-fn exposure(image: &Image) -> f32 {
-    let mut values: Vec<f32> = image.pixels.iter().flatten().copied().collect();
-    values.sort_by(f32::total_cmp);
-    let bright = values.get(values.len() * 95 / 100).copied().unwrap_or(1.0);
-    if bright > 0.0 { 0.8 / bright } else { 1.0 }
 }

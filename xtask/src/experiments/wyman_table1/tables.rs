@@ -1,7 +1,7 @@
 //! The tables: the paper's with ours beside it, and where the times go.
 
-use super::super::contest::{Measured, Setting};
 use super::super::equal_error::median;
+use super::super::measure::{Measured, Setting};
 use super::{BRUTE, Case, HYBRID, LOW, NO_SHADOWS, Needs, POINT, TARGETS, Way, brute_name, hybrid_name};
 use crate::report;
 use crate::report::data::EqualError;
@@ -52,7 +52,7 @@ pub(super) fn table1(cases: &[Case]) -> Table {
     for case in cases {
         let cell = |result: Option<&Measured>| {
             result.map_or(report::MISSING.to_owned(), |result| {
-                format!("{} ({})", report::time(result.ms()), report::error(result.error()))
+                format!("{} ({})", report::time(result.ms()), report::error(result.map_error()))
             })
         };
         let cells = columns().into_iter().map(|(_, name)| cell(case.find(&name)));
@@ -100,12 +100,12 @@ pub(super) fn stages(cases: &[Case]) -> Table {
         for (_, name) in columns().into_iter().filter(|(_, name)| name != NO_SHADOWS) {
             let Some(result) = case.find(&name) else { continue };
             let stages = result.stages();
-            let still = median(&result.still);
-            let edges = (result.edges > 0).then_some(result.edges);
+            let still = median(&result.kept);
+            let edges = result.edges.filter(|edges| *edges > 0);
             let fixed = [
                 report::time(result.ms()),
                 report::time(still),
-                report::error(result.error()),
+                report::error(result.map_error()),
                 report::count(edges),
             ];
             let stages = names.iter().map(|name| report::time(stages.get(*name).copied()));
@@ -190,10 +190,10 @@ pub(super) fn low_resolution(cases: &[Case]) -> Table {
         table.push(vec![
             case.scene.clone(),
             case.light.to_owned(),
-            report::time(full.and_then(Measured::ms)),
-            report::error(full.map(Measured::error)),
-            report::time(low.and_then(Measured::ms)),
-            report::error(low.map(Measured::error)),
+            report::time(full.map(Measured::ms)),
+            report::error(full.map(Measured::map_error)),
+            report::time(low.map(Measured::ms)),
+            report::error(low.map(Measured::map_error)),
             report::ratio(Case::ratio(full, low)),
             report::ratio(paper(LOW).zip(paper(1)).map(|(low, full)| low / full)),
             report::figure(case.low.as_ref().map(|low| low.flip)),
