@@ -1,10 +1,13 @@
-// What one crossing of a view ray with the surface of a light volume adds to the ray's airlight: s L(0, x), with s = +1
-// where the ray leaves the light and -1 where it enters it                                     (BSA10 Eq. 3)
+// What becomes of a crossing of a view ray with the surface of a light volume.
 //
-// A crossing behind the end of the ray adds only its sign; what the signs sum to is 1 where the ray ends lit, and the
-// airlight of the whole ray is added once for that when all crossings are there. So nothing cancels behind the surfaces.
-// In: group 0. Out: radiance and signs, blended; or, where float32 does not blend, the same as a share of the unshadowed
-// airlight in fixed point. Twin: crates/lightvolume/src/signed.rs.
+// The airlight of a ray is the sum of s L(0, x) over its crossings, with s = +1 where it leaves the light and -1 where it
+// enters it (BSA10 Eq. 3). A crossing behind the end of the ray adds only its sign: what those signs sum to is 1 where the
+// ray ends lit, and the airlight of the whole ray is added once for that. So nothing cancels behind the surfaces.
+//
+// The first crossings of each pixel are kept by their distances, to be sorted and integrated piece by piece, where nothing
+// cancels at all; and where every thread has work to do, as the fragments of small triangles have not. What does not fit is
+// summed as it comes: blended, or where float32 does not blend as a share of the unshadowed airlight in fixed point.
+// In: group 0. Twin: crates/lightvolume/src/signed.rs.
 
 #import light_mesh
 #import piece
@@ -23,6 +26,9 @@
 // the unshadowed airlight of each ray; rgba32float
 @group(0) @binding(7) var unshadowed: texture_2d<f32>;
 @group(0) @binding(8) var picture: texture_2d<f32>;
+// of each pixel: number of crossings before the end of the ray (16 bits), sum of the signs behind it (16 bits); then the
+// distances of the first `mesh.kept`, negative where the ray enters the light; units: m
+@group(0) @binding(9) var<storage, read_write> kept: array<atomic<u32>>;
 
 override LIGHT: u32 = 0u;
 override TEXTURED: bool = false;
@@ -44,47 +50,54 @@ fn distance_of(crossing: Crossing, ray: ViewRay) -> f32 {
     return select(interpolated, met, abs(met - interpolated) <= 0.1 * interpolated);
 }
 
-// The part of a ray that the light shines on at all.
-fn reached(lamp: Lamp, ray: ViewRay, end: f32) -> vec2f {
-    let whole = vec2f(0.0, end);
+// s L(0, x) of a crossing.
+fn term(ray: ViewRay, end: f32, x: f32, leaves_light: f32) -> vec3f {
+    let lamp = lamp_of(ray);
+    var piece = vec2f(0.0, end);
     if LIGHT == SPOT {
-        return cone_piece(lamp.foot, light.axis, ray.direction, light.cos_outer * light.cos_outer, whole);
+        piece = cone_piece(lamp.foot, light.axis, ray.direction, light.cos_outer * light.cos_outer, piece);
     }
-    return whole;
+    return leaves_light * piece_airlight(lamp, piece.x, min(x, piece.y));
 }
 
-fn cross_at(crossing: Crossing, is_front: bool) -> vec4f {
+fn add_fixed(pixel: vec2u, radiance: vec3f) {
+    let whole = textureLoad(unshadowed, pixel, 0).rgb;
+    let at = 3u * (pixel.y * view.size.x + pixel.x);
+    for (var c = 0u; c < 3u; c++) {
+        let share = select(0.0, radiance[c] / whole[c], whole[c] > 0.0);
+        atomicAdd(&sums[at + c], i32(round(share * FIXED_ONE)));
+    }
+}
+
+// Keeps a crossing, or returns what it adds.
+fn crossed(crossing: Crossing, is_front: bool) -> vec4f {
     let pixel = vec2u(crossing.position.xy);
     let ray = view_ray(pixel);
-    let lamp = lamp_of(ray);
-    let piece = reached(lamp, ray, textureLoad(ray_ends, pixel, 0).r);
+    let end = textureLoad(ray_ends, pixel, 0).r;
     let x = distance_of(crossing, ray);
-    let leaves_light = select(1.0, -1.0, is_front != (mesh.mirrored == 1u));
-    if x >= piece.y || x > 1e25 {
-        return vec4f(0.0, 0.0, 0.0, leaves_light);
-    }
+    let leaves_light = is_front == (mesh.mirrored == 1u);
+    let at = (mesh.kept + 1u) * (pixel.y * view.size.x + pixel.x);
+    let is_behind = x >= end || x > 1e25;
+    let sign_behind = select(0xffff0000u, 0x00010000u, leaves_light);
+    let slot = atomicAdd(&kept[at], select(1u, sign_behind, is_behind)) & 0xffffu;
     var radiance = vec3f();
     // a loop, since some drivers execute both sides of every branch
     loop {
-        if !(x > piece.x) {
+        if is_behind {
             break;
         }
-        radiance = leaves_light * piece_airlight(lamp, piece.x, x);
+        if slot < mesh.kept {
+            atomicStore(&kept[at + 1u + slot], bitcast<u32>(max(x, 1e-30)) | select(0x80000000u, 0u, leaves_light));
+            break;
+        }
+        radiance = term(ray, end, x, select(-1.0, 1.0, leaves_light));
+        if FIXED {
+            add_fixed(pixel, radiance);
+        }
         break;
     }
-    return vec4f(radiance, 0.0);
-}
-
-fn crossed(crossing: Crossing, is_front: bool) -> vec4f {
-    let term = cross_at(crossing, is_front);
-    if FIXED {
-        let pixel = vec2u(crossing.position.xy);
-        let whole = textureLoad(unshadowed, pixel, 0).rgb;
-        let at = 3u * (pixel.y * view.size.x + pixel.x);
-        for (var c = 0u; c < 3u; c++) {
-            let share = term.a + select(0.0, term[c] / whole[c], whole[c] > 0.0);
-            atomicAdd(&sums[at + c], i32(round(share * FIXED_ONE)));
-        }
+    if is_behind || slot < mesh.kept {
+        discard;
     }
-    return term;
+    return vec4f(radiance, 0.0);
 }

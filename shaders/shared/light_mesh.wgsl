@@ -15,9 +15,9 @@ struct Mesh {
     right: vec3f,   // to the map's right edge: a tangent, or units: m
     mirrored: u32,  // 1 where right x down points back to the light, as in cube maps
     down: vec3f,    // to its lower edge
-    _pad0: u32,
+    kept: u32,      // crossings of each pixel that are kept
     forward: vec3f, // unit
-    _pad1: f32,
+    row_bits: u32,  // of the number of a node within its row, of an indexed grid
 }
 
 // A homogeneous point.

@@ -138,6 +138,19 @@ fn varying_airlight(lamp: Lamp, x0: f32, x1: f32) -> vec3f {
     }
     let panels = panels_of(span, least, feature);
     let count = node_count(panels);
+    let half = half_transmittance(span);
+    if ACHROMATIC && !TEXTURED {
+        // the channels differ by factors alone
+        var grey = 0.0;
+        for (var i = 0; i < count; i++) {
+            let node = path_node(span, panels, i);
+            let r = span.r0 + node.delta;
+            let x = lamp.foot.foot.x_foot + 0.5 * (r - span.h * (span.h / r)) * span.unit;
+            let falloff = spot_falloff(away_from(lamp, clamp(x, x0, x1)));
+            grey += node.weight * phase_at(r, span.h) * exp(-sigma_t.x * node.delta) * falloff;
+        }
+        return (view.sigma_s * light.power * half) * (grey / span.unit) * half;
+    }
     var sum = vec3f();
     for (var i = 0; i < count; i++) {
         let node = path_node(span, panels, i);
@@ -146,7 +159,6 @@ fn varying_airlight(lamp: Lamp, x0: f32, x1: f32) -> vec3f {
         let weight = node.weight * phase_at(r, span.h);
         sum += weight * exp(-sigma_t * node.delta) * spot_intensity(lamp, clamp(x, x0, x1));
     }
-    let half = half_transmittance(span);
     return (view.sigma_s * half) * (sum / span.unit) * half;
 }
 

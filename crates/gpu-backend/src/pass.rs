@@ -101,6 +101,8 @@ pub(crate) enum Call {
     Indirect(wgpu::Buffer, u64),
     /// As five words of a buffer say, from this byte on, with indices of 32 bits from another.
     Indexed { indices: wgpu::Buffer, arguments: (wgpu::Buffer, u64) },
+    /// So many indices again and again, a number added to each that differs from one draw to the next.
+    Tiles { indices: wgpu::Buffer, count: u32, firsts: Vec<i32>, instances: u32 },
 }
 
 /// A draw that is ready to be encoded.
@@ -161,6 +163,12 @@ impl DrawPass {
                 Call::Indexed { indices, arguments: (buffer, at) } => {
                     pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);
                     pass.draw_indexed_indirect(buffer, *at);
+                }
+                Call::Tiles { indices, count, firsts, instances } => {
+                    pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);
+                    for first in firsts {
+                        pass.draw_indexed(0..*count, *first, 0..*instances);
+                    }
                 }
             }
         }

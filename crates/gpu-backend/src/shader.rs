@@ -66,6 +66,7 @@ pub const PASSES: &[File] = files![
     "lightvolume/criterion",
     "lightvolume/grid",
     "lightvolume/hierarchy",
+    "lightvolume/indexed_grid",
     "lightvolume/leaf_surface",
     "lightvolume/leaves",
     "lightvolume/seams",

@@ -9,7 +9,7 @@ use scene::Light;
 use shadowmap::MapSurface;
 
 fn volume(tessellation: Tessellation) -> Technique {
-    Technique::LightVolume { tessellation }
+    Technique::LightVolume { tessellation, kept: 6 }
 }
 
 fn adaptive(threshold: f32) -> Technique {
@@ -41,6 +41,7 @@ fn a_grid_is_the_linear_surface() {
                 let lit = stage.traversed(&light, &None, MapSurface::Linear);
                 for (how, technique) in [
                     ("grid", volume(Tessellation::Grid)),
+                    ("indexed", volume(Tessellation::IndexedGrid)),
                     ("adaptive 0", adaptive(0.0)),
                     ("adaptive", adaptive(0.01)),
                 ] {

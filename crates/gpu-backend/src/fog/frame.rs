@@ -141,6 +141,9 @@ pub enum Technique {
     LightVolume {
         /// How the surface is divided into triangles.
         tessellation: Tessellation,
+        /// Crossings of each pixel that are kept and sorted, 16 at most, or as many as the device can bind; further ones
+        /// are summed as they come, as all are in the paper. Six serve most views.
+        kept: u32,
     },
 }
 

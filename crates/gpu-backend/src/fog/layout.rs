@@ -9,6 +9,8 @@ pub(crate) struct Layouts {
     pub(crate) view: wgpu::BindGroupLayout,
     pub(crate) composite: wgpu::BindGroupLayout,
     pub(crate) light: wgpu::BindGroupLayout,
+    /// What is kept of the crossings with a light volume.
+    pub(crate) crossings: wgpu::BindGroupLayout,
     /// The hierarchy of shadow rays.
     pub(crate) bvh: wgpu::BindGroupLayout,
 }
@@ -39,6 +41,7 @@ impl Layouts {
             entry
         });
         Self {
+            crossings: group("fog crossings", &[storage(0), uniform(1)]),
             bvh: group("fog bvh", &[storage(0), storage(1)]),
             view: group("fog view", &[reads[0], reads[1], reads[2], writes, reads[3]]),
             composite: group("fog composite", &drawn),

@@ -37,7 +37,7 @@ use crate::pass::{Step, compute_pipeline, encode_all};
 use crate::read_radiance::read_radiance;
 use crate::timing::PassTimer;
 use crate::volume::{Key, ShadowVolume, VolumePasses, key_of};
-use crate::{CreateError, FrameStats, PassTime, PrepareError, ReadError, ShadowMap, Tessellation};
+use crate::{CreateError, FrameStats, PassTime, PrepareError, ReadError, ShadowMap};
 
 /// How a [`Fog`] is made.
 #[derive(Debug, Clone, Copy, Default)]
@@ -323,7 +323,7 @@ impl Fog {
                 Some(passes) => passes,
                 slot => slot.insert(LightVolumePasses::new(device)?),
             };
-            passes.reserve(device, work.volume_variant(), tessellation != Tessellation::Grid)?;
+            passes.reserve(device, work.volume_variant(), tessellation)?;
             work.variant.fixed = !passes.blends();
             if work.variant.fixed {
                 self.scatter_pipeline(device, work.variant.unshadowed())?;
@@ -336,6 +336,7 @@ impl Fog {
         if !self.scatter.contains_key(&variant) {
             let mut layouts = vec![&self.layouts.view, &self.layouts.light];
             layouts.extend(variant.rays.then_some(&self.layouts.bvh));
+            layouts.extend((variant.shader == Shader::LightVolume).then_some(&self.layouts.crossings));
             let pipeline = compute_pipeline(device, variant.file(), &layouts, &variant.constants())?;
             self.scatter.insert(variant, pipeline);
         }

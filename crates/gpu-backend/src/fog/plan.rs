@@ -8,7 +8,7 @@ use scene::{AirlightModel, Density, Light, Medium, Refusal};
 use shadowmap::Outside;
 
 use super::frame::{AirlightForm, Frame, Hybrid, Lamp, Lookup, Placement, Technique};
-use crate::lightvolume::VolumeVariant;
+use crate::lightvolume::{MOST_KEPT, VolumeVariant};
 use crate::{Faces, Tessellation};
 
 /// Steps of a march, times what each loops over, in one dispatch: some drivers cut loops silently at 65,535 trips of a
@@ -163,6 +163,8 @@ pub(crate) struct Work {
     pub(crate) table_size: u32,
     /// How the light's volume is tessellated, where one is drawn.
     pub(crate) tessellation: Option<Tessellation>,
+    /// Crossings of each pixel with that volume that are kept.
+    pub(crate) kept: u32,
 }
 
 impl Work {
@@ -279,6 +281,7 @@ fn of_lamp(frame: &Frame<'_>, index: usize, lamp: &Lamp<'_>) -> Result<Work, Ref
             lit_samples: 0,
             table_size: 0,
             tessellation: None,
+            kept: 0,
         }
     };
     match frame.technique {
@@ -297,13 +300,13 @@ fn of_lamp(frame: &Frame<'_>, index: usize, lamp: &Lamp<'_>) -> Result<Work, Ref
             }
             Ok(exact(surface == shadowmap::MapSurface::Linear))
         }
-        Technique::LightVolume { tessellation } => {
+        Technique::LightVolume { tessellation, kept } => {
             check_light_volume(frame, lamp)?;
             if !shadowed {
                 return Ok(exact(false));
             }
-            let work =
-                Work { tessellation: Some(tessellation), label: label("light volume"), ..exact(false) };
+            let (label, kept) = (label("light volume"), kept.min(MOST_KEPT));
+            let work = Work { tessellation: Some(tessellation), kept, label, ..exact(false) };
             Ok(Work { variant: with(Shader::LightVolume), ..work })
         }
         Technique::Hybrid(hybrid) => {
@@ -339,6 +342,7 @@ fn of_lamp(frame: &Frame<'_>, index: usize, lamp: &Lamp<'_>) -> Result<Work, Ref
                 lit_samples: if textured { hybrid.lit_samples } else { 0 },
                 table_size,
                 tessellation: None,
+                kept: 0,
             })
         }
         Technique::BruteForce { samples, lookup } => {
@@ -465,6 +469,7 @@ fn march(
         lit_samples: 0,
         table_size: 0,
         tessellation: None,
+        kept: 0,
     }
 }
 

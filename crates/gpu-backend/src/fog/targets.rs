@@ -4,9 +4,9 @@ use scene::Camera;
 
 use super::frame::{SceneDepth, View};
 use crate::PrepareError;
-use crate::checked::prepared;
+use crate::checked::{check_size, prepared};
 use crate::layout::ENDLESS;
-use crate::lightvolume::sums_texture;
+use crate::lightvolume::{kept_bytes, sums_texture};
 use crate::map::check_depth_texture;
 
 /// Textures of one view.
@@ -18,6 +18,8 @@ pub(crate) struct Targets {
     pub(crate) airlight: [Option<wgpu::Texture>; 2],
     /// Sums over the surface of a light volume, one light after the other.
     pub(crate) sums: Option<wgpu::Texture>,
+    /// Crossings with it that are kept.
+    pub(crate) kept: Option<wgpu::Buffer>,
 }
 
 impl Targets {
@@ -25,7 +27,7 @@ impl Targets {
         let ray_ends = prepared(device, "a view's textures", || {
             texture(device, "ray ends", size, wgpu::TextureFormat::R32Float)
         })?;
-        Ok(Self { size, ray_ends, airlight: [None, None], sums: None })
+        Ok(Self { size, ray_ends, airlight: [None, None], sums: None, kept: None })
     }
 
     /// Makes sure that there are `count` textures for airlight.
@@ -39,10 +41,22 @@ impl Targets {
         Ok(())
     }
 
-    /// Makes sure that there is a texture for the sums over light volumes.
-    pub(crate) fn reserve_sums(&mut self, device: &wgpu::Device) -> Result<(), PrepareError> {
+    /// Makes sure that there is room for the crossings with light volumes: `kept` of each pixel, or as many as fit.
+    pub(crate) fn reserve_crossings(&mut self, device: &wgpu::Device, kept: u32) -> Result<(), PrepareError> {
         if self.sums.is_none() {
             self.sums = Some(sums_texture(device, self.size)?);
+        }
+        let needed = kept_bytes(device, self.size, kept);
+        if self.kept.as_ref().is_none_or(|buffer| buffer.size() < needed) {
+            check_size(device, "the crossings with a light volume", needed)?;
+            self.kept = Some(prepared(device, "the crossings with a light volume", || {
+                device.create_buffer(&wgpu::BufferDescriptor {
+                    label: Some("light volume crossings"),
+                    size: needed,
+                    usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
+                    mapped_at_creation: false,
+                })
+            })?);
         }
         Ok(())
     }
@@ -50,7 +64,8 @@ impl Targets {
     /// Memory; units: bytes.
     pub(crate) fn bytes(&self) -> u64 {
         let pixels = u64::from(self.size.0) * u64::from(self.size.1);
-        pixels * (4 + 16 * self.airlight.iter().chain([&self.sums]).flatten().count() as u64)
+        let textures = self.airlight.iter().chain([&self.sums]).flatten().count() as u64;
+        pixels * (4 + 16 * textures) + self.kept.as_ref().map_or(0, wgpu::Buffer::size)
     }
 }
 

@@ -6,7 +6,7 @@ use super::targets::{self, Targets, ends};
 use super::{Fog, ViewState, lights};
 use crate::checked::{filled_buffer, prepared};
 use crate::layout::{Basis, ImagePlane, LightUniform, MeshUniform, ViewUniform};
-use crate::lightvolume::VolumeTarget;
+use crate::lightvolume::{VolumeTarget, fitting};
 use crate::pass::{ComputePass, Dispatch, Step};
 use crate::volume::FaceTarget;
 use crate::write_texture::write_texture;
@@ -39,6 +39,16 @@ struct Image {
     faces_scale: u32,
     /// Faces of the shadow volume of each piece of work that has one.
     faces: Vec<Option<wgpu::TextureView>>,
+}
+
+/// The crossings of rays with the surface of a light's volume.
+struct Crossings {
+    /// What finds them.
+    steps: Vec<Step>,
+    /// What is left of those that are not kept.
+    sums: wgpu::TextureView,
+    /// Those that are kept.
+    group: wgpu::BindGroup,
 }
 
 fn view_of(texture: &wgpu::Texture) -> wgpu::TextureView {
@@ -125,8 +135,9 @@ impl ViewPasses<'_> {
             Some(index) => old.swap_remove(index),
             None => Targets::new(self.device, size)?,
         };
-        if self.work.iter().any(|work| work.tessellation.is_some()) {
-            targets.reserve_sums(self.device)?;
+        let volumes = self.work.iter().filter(|work| work.tessellation.is_some());
+        if let Some(kept) = volumes.map(|work| work.kept).max() {
+            targets.reserve_crossings(self.device, kept)?;
         }
         Ok(targets)
     }
@@ -309,14 +320,12 @@ impl ViewPasses<'_> {
                         (true, true) => REFINES_FURTHER,
                     };
                     let layouts = &fog.layouts;
-                    let sums = match self.sum_crossings(image, targets, work, &light, &ray_ends) {
-                        Some((passes, sums)) => {
-                            steps.extend(passes);
-                            Some(sums)
-                        }
-                        None => None,
-                    };
-                    let textures = [sums.as_ref().or(faces.as_ref()), tables[index].as_ref()];
+                    let mut crossings = self.crossings(image, targets, work, &light, &ray_ends);
+                    if let Some(crossings) = &mut crossings {
+                        steps.append(&mut crossings.steps);
+                    }
+                    let sums = crossings.as_ref().map(|crossings| &crossings.sums);
+                    let textures = [sums.or(faces.as_ref()), tables[index].as_ref()];
                     let pictures = self.pictures;
                     let light_group = lights::group(
                         device,
@@ -331,6 +340,7 @@ impl ViewPasses<'_> {
                     let view_group = self.view_group(image, &ray_ends, before, to);
                     let mut groups = vec![view_group, light_group];
                     groups.extend(lights::bvh_group(device, layouts, frame, work));
+                    groups.extend(crossings.map(|crossings| crossings.group));
                     steps.push(Step::Compute(ComputePass {
                         label: work.label.clone(),
                         pipeline: fog.scatter[&work.variant].clone(),
@@ -350,18 +360,19 @@ impl ViewPasses<'_> {
         })
     }
 
-    /// The steps that sum the crossings of an image's rays with the surface of a light's volume, and the texture that they
-    /// leave them in.
-    fn sum_crossings(
+    /// The crossings of an image's rays with the surface of a light's volume.
+    fn crossings(
         &self,
         image: &Image,
         targets: &Targets,
         work: &Work,
         light: &LightUniform,
         ray_ends: &wgpu::TextureView,
-    ) -> Option<(Vec<Step>, wgpu::TextureView)> {
+    ) -> Option<Crossings> {
         let (passes, sums) = (self.fog.light_volumes.as_ref()?, targets.sums.as_ref()?);
-        work.tessellation?;
+        let kept = targets.kept.as_ref()?;
+        let most_kept = fitting(self.device, image.plane.size, work.kept);
+        let tessellation = work.tessellation?;
         let shadows = self.frame.lamps[work.lamp?].shadows?;
         let map = shadows.map()?;
         let leaves = lights::tessellation(self.frame, work)
@@ -374,8 +385,15 @@ impl ViewPasses<'_> {
             &VolumeTarget {
                 variant: work.volume_variant(),
                 map,
+                tessellation,
                 leaves: leaves.as_ref(),
-                mesh: MeshUniform::new(&image.basis, map.projection(), lights::far_of(&shadows)),
+                mesh: MeshUniform::new(
+                    &image.basis,
+                    map.projection(),
+                    map.size(),
+                    lights::far_of(&shadows),
+                    most_kept,
+                ),
                 light,
                 view: &image.uniform,
                 size: image.plane.size,
@@ -383,10 +401,25 @@ impl ViewPasses<'_> {
                 unshadowed: unshadowed.as_ref().unwrap_or(stand_in),
                 stand_in,
                 sums,
+                kept,
                 label: &work.label,
             },
         ));
-        Some((steps, view_of(sums)))
+        let most_kept = filled_buffer(
+            self.device,
+            "crossings of a pixel",
+            bytemuck::bytes_of(&[most_kept, 0, 0, 0]),
+            wgpu::BufferUsages::UNIFORM,
+        );
+        let group = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("fog crossings"),
+            layout: &self.fog.layouts.crossings,
+            entries: &[
+                wgpu::BindGroupEntry { binding: 0, resource: kept.as_entire_binding() },
+                wgpu::BindGroupEntry { binding: 1, resource: most_kept.as_entire_binding() },
+            ],
+        });
+        Some(Crossings { steps, sums: view_of(sums), group })
     }
 
     /// Adds the pass that finds the airlight of a light as if nothing shadowed it; where that is left.

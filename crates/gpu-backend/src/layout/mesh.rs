@@ -15,14 +15,15 @@ pub(crate) struct MeshUniform {
     right: [f32; 3],
     mirrored: u32,
     down: [f32; 3],
-    _pad0: u32,
+    kept: u32,
     forward: [f32; 3],
-    _pad1: f32,
+    row_bits: u32,
 }
 
 impl MeshUniform {
-    /// The frame of a projection; nothing in an orthographic map is farther than `far` m.
-    pub(crate) fn new(basis: &Basis, projection: &Projection, far: f32) -> Self {
+    /// The frame of a projection of `size` texels; nothing in an orthographic map is farther than `far` m, and `kept`
+    /// crossings of each pixel are kept.
+    pub(crate) fn new(basis: &Basis, projection: &Projection, size: (u32, u32), far: f32, kept: u32) -> Self {
         let face = &projection.faces()[0];
         Self {
             origin: basis.point(face.origin),
@@ -31,11 +32,16 @@ impl MeshUniform {
             // images of cube textures are seen from outside
             mirrored: u32::from(projection.kind() == ProjectionKind::Cube),
             down: basis.vector(face.down * face.half.y),
-            _pad0: 0,
+            kept,
             forward: basis.vector(face.forward),
-            _pad1: 0.0,
+            row_bits: row_bits(size),
         }
     }
+}
+
+/// Bits of a column's number in an indexed grid over `size` nodes.
+pub(crate) fn row_bits(size: (u32, u32)) -> u32 {
+    size.0.next_power_of_two().trailing_zeros()
 }
 
 #[cfg(test)]
@@ -47,7 +53,7 @@ mod tests {
     fn the_shader_reads_what_rust_writes() {
         let (fields, span) = wgsl_struct("lightvolume/grid", "Mesh");
         assert_eq!(span as usize, size_of::<MeshUniform>());
-        let ours = offsets!(MeshUniform: origin, far, right, mirrored, down, _pad0, forward, _pad1);
+        let ours = offsets!(MeshUniform: origin, far, right, mirrored, down, kept, forward, row_bits);
         assert_eq!(fields, ours);
     }
 }

@@ -2,13 +2,14 @@
 //! walls,seams,settle}.wgsl`.
 
 use std::collections::HashMap;
+use std::sync::{Mutex, PoisonError};
 
 use shadowmap::ProjectionKind;
 
 use super::tessellation::DRAW_AT;
-use super::{Leaves, TessellationPasses};
+use super::{Leaves, Tessellation, TessellationPasses};
 use crate::checked::{created, filled_buffer, prepared};
-use crate::layout::{LightUniform, MeshUniform};
+use crate::layout::{LightUniform, MeshUniform, row_bits};
 use crate::pass::{
     Call, ComputePass, Dispatch, Draw, DrawPass, DrawTarget, Step, compute_pipeline, drawn, storage,
     storage_texture, storage_written, texture, uniform,
@@ -21,11 +22,16 @@ const BLENDED: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
 /// What is drawn into, and nothing written, where it does not: a render pass has to have a target.
 const UNUSED: wgpu::TextureFormat = wgpu::TextureFormat::R8Unorm;
 
+/// Cells along the side of a tile of an indexed grid.
+const TILE: u32 = 256;
+
 /// A part of the surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 enum Part {
     /// All cells of the map.
     Grid,
+    /// The same by indices.
+    IndexedGrid,
     /// Leaves of a tessellation, with their walls.
     Leaves,
     /// What closes a single image.
@@ -38,6 +44,7 @@ impl Part {
     const fn file(self) -> &'static str {
         match self {
             Self::Grid => "lightvolume/grid",
+            Self::IndexedGrid => "lightvolume/indexed_grid",
             Self::Leaves => "lightvolume/leaf_surface",
             Self::Walls => "lightvolume/walls",
             Self::Seams => "lightvolume/seams",
@@ -59,7 +66,8 @@ pub(crate) struct VolumeVariant {
 pub(crate) struct VolumeTarget<'a> {
     pub(crate) variant: VolumeVariant,
     pub(crate) map: &'a ShadowMap,
-    /// The leaves of its tessellation; all cells without one.
+    pub(crate) tessellation: Tessellation,
+    /// The leaves of an adaptive tessellation.
     pub(crate) leaves: Option<&'a Leaves>,
     pub(crate) mesh: MeshUniform,
     pub(crate) light: &'a LightUniform,
@@ -72,6 +80,8 @@ pub(crate) struct VolumeTarget<'a> {
     pub(crate) stand_in: &'a wgpu::TextureView,
     /// What the sums are left in, rgba32float.
     pub(crate) sums: &'a wgpu::Texture,
+    /// What crossings are kept in.
+    pub(crate) kept: &'a wgpu::Buffer,
     pub(crate) label: &'a str,
 }
 
@@ -83,6 +93,8 @@ pub(crate) struct LightVolumePasses {
     layout: wgpu::BindGroupLayout,
     pipelines: HashMap<(Part, VolumeVariant), wgpu::RenderPipeline>,
     settle: (wgpu::BindGroupLayout, wgpu::ComputePipeline),
+    /// What the tiles of indexed grids have in common, of the width of map that was drawn last.
+    tile: Mutex<Option<(u32, wgpu::Buffer)>>,
     /// Stands in for leaves and sums.
     spare: [wgpu::Buffer; 2],
 }
@@ -100,6 +112,7 @@ impl LightVolumePasses {
             storage_written(6),
             texture(7, flat),
             texture(8, flat),
+            storage_written(9),
         ]
         .map(drawn);
         let layout = |label, entries: &[wgpu::BindGroupLayoutEntry]| {
@@ -119,6 +132,7 @@ impl LightVolumePasses {
             layout: layout("light volume", &entries),
             pipelines: HashMap::new(),
             settle: (settle, pipeline),
+            tile: Mutex::new(None),
             spare,
         })
     }
@@ -133,13 +147,17 @@ impl LightVolumePasses {
         &mut self,
         device: &wgpu::Device,
         variant: VolumeVariant,
-        adaptive: bool,
+        tessellation: Tessellation,
     ) -> Result<(), CreateError> {
-        let surface = if adaptive { Part::Leaves } else { Part::Grid };
-        let closing = match (variant.light, adaptive) {
+        let surface = match tessellation {
+            Tessellation::Grid => Part::Grid,
+            Tessellation::IndexedGrid => Part::IndexedGrid,
+            Tessellation::Adaptive { .. } => Part::Leaves,
+        };
+        let closing = match (variant.light, surface) {
             (0, _) => Some(Part::Seams),
-            (_, false) => Some(Part::Walls),
-            (_, true) => None,
+            (_, Part::Leaves) => None,
+            _ => Some(Part::Walls),
         };
         for part in std::iter::once(surface).chain(closing) {
             if !self.pipelines.contains_key(&(part, variant)) {
@@ -163,8 +181,9 @@ impl LightVolumePasses {
             })
         });
         steps.extend(fixed.clone().map(Step::Clear));
+        steps.push(Step::Clear(to.kept.clone()));
         let group = self.group(device, to, fixed.as_ref().unwrap_or(&self.spare[1]));
-        let draws = self.calls(to).into_iter().filter_map(|(part, call)| {
+        let draws = self.calls(device, to).into_iter().filter_map(|(part, call)| {
             let pipeline = self.pipelines.get(&(part, to.variant))?.clone();
             Some(Draw { pipeline, group: group.clone(), call })
         });
@@ -201,20 +220,28 @@ impl LightVolumePasses {
     }
 
     /// Which parts of a surface there are, and how many vertices they have.
-    fn calls(&self, to: &VolumeTarget<'_>) -> Vec<(Part, Call)> {
+    fn calls(&self, device: &wgpu::Device, to: &VolumeTarget<'_>) -> Vec<(Part, Call)> {
         let (columns, rows) = to.map.size();
         let (columns, rows) = (columns.saturating_sub(1), rows.saturating_sub(1));
         let faces = to.map.projection().faces().len() as u32;
         let cube = to.map.projection().kind() == ProjectionKind::Cube;
         let mut calls = Vec::new();
         if columns > 0 && rows > 0 {
-            calls.push(match to.leaves {
-                Some(leaves) => {
+            match (to.tessellation, to.leaves) {
+                (Tessellation::Adaptive { .. }, Some(leaves)) => {
                     let arguments = (leaves.head.clone(), DRAW_AT);
-                    (Part::Leaves, Call::Indexed { indices: leaves.indices.clone(), arguments })
+                    calls.push((Part::Leaves, Call::Indexed { indices: leaves.indices.clone(), arguments }));
                 }
-                None => (Part::Grid, Call::Direct { vertices: 6 * columns * rows, instances: faces }),
-            });
+                (Tessellation::IndexedGrid, _) => {
+                    let indices = self.tile_indices(device, to.map.size());
+                    let firsts = tile_firsts(to.map.size());
+                    let count = 6 * TILE * TILE;
+                    calls.push((Part::IndexedGrid, Call::Tiles { indices, count, firsts, instances: faces }));
+                }
+                _ => {
+                    calls.push((Part::Grid, Call::Direct { vertices: 6 * columns * rows, instances: faces }));
+                }
+            }
             if !cube && to.leaves.is_none() {
                 calls.push((Part::Walls, Call::Direct { vertices: 6 * (columns + rows), instances: 1 }));
             }
@@ -223,6 +250,29 @@ impl LightVolumePasses {
             calls.push((Part::Seams, Call::Direct { vertices: 72 * columns + 24, instances: 1 }));
         }
         calls
+    }
+
+    /// The indices of a tile of an indexed grid, for maps of this width.
+    fn tile_indices(&self, device: &wgpu::Device, size: (u32, u32)) -> wgpu::Buffer {
+        let bits = row_bits(size);
+        let mut tile = self.tile.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((made, indices)) = tile.as_ref()
+            && *made == bits
+        {
+            return indices.clone();
+        }
+        let index = |x: u32, y: u32, second: u32| 2 * ((y << bits) + x) + second;
+        let mut list = Vec::with_capacity(6 * (TILE * TILE) as usize);
+        for y in 0..TILE {
+            for x in 0..TILE {
+                list.extend([index(x, y, 0), index(x + 1, y, 0), index(x, y + 1, 0)]);
+                list.extend([index(x + 1, y + 1, 1), index(x, y + 1, 0), index(x + 1, y, 0)]);
+            }
+        }
+        let bytes = bytemuck::cast_slice(&list);
+        let indices = filled_buffer(device, "light volume indices", bytes, wgpu::BufferUsages::INDEX);
+        *tile = Some((bits, indices.clone()));
+        indices
     }
 
     fn group(&self, device: &wgpu::Device, to: &VolumeTarget<'_>, sums: &wgpu::Buffer) -> wgpu::BindGroup {
@@ -245,6 +295,7 @@ impl LightVolumePasses {
             sums.as_entire_binding(),
             view(to.unshadowed),
             view(to.stand_in),
+            to.kept.as_entire_binding(),
         ];
         let entries: Vec<_> = resources
             .into_iter()
@@ -323,6 +374,13 @@ impl LightVolumePasses {
     }
 }
 
+/// First index of each tile of an indexed grid.
+fn tile_firsts(size: (u32, u32)) -> Vec<i32> {
+    let tiles = |nodes: u32| (0..nodes - 1).step_by(TILE as usize);
+    let first = |(x, y): (u32, u32)| (2 * ((y << row_bits(size)) + x)) as i32;
+    tiles(size.1).flat_map(|y| tiles(size.0).map(move |x| (x, y))).map(first).collect()
+}
+
 /// A target of which nothing is written.
 fn unused_target(device: &wgpu::Device, size: (u32, u32)) -> wgpu::Texture {
     device.create_texture(&wgpu::TextureDescriptor {
@@ -335,6 +393,19 @@ fn unused_target(device: &wgpu::Device, size: (u32, u32)) -> wgpu::Texture {
         usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
         view_formats: &[],
     })
+}
+
+/// How many crossings of each pixel of a view can be kept, of the number that is wanted.
+pub(crate) fn fitting(device: &wgpu::Device, size: (u32, u32), wanted: u32) -> u32 {
+    let limits = device.limits();
+    let most = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+    let words = most / (4 * u64::from(size.0.max(1)) * u64::from(size.1.max(1)));
+    u64::from(wanted).min(words.max(1) - 1) as u32
+}
+
+/// Memory of the crossings of a view; units: bytes.
+pub(crate) fn kept_bytes(device: &wgpu::Device, size: (u32, u32), wanted: u32) -> u64 {
+    4 * u64::from(size.0) * u64::from(size.1) * u64::from(fitting(device, size, wanted) + 1)
 }
 
 /// A texture for the sums of a view.

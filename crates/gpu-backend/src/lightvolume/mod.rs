@@ -7,12 +7,15 @@
 mod draw;
 mod tessellation;
 
-pub(crate) use draw::{LightVolumePasses, VolumeTarget, VolumeVariant, sums_texture};
+pub(crate) use draw::{LightVolumePasses, VolumeTarget, VolumeVariant, fitting, kept_bytes, sums_texture};
 pub use tessellation::LeafCount;
 pub(crate) use tessellation::{Leaves, Settings, TessellationPasses};
 
 /// Most leaves of a tessellation unless told otherwise: 46 MB.
 pub const DEFAULT_MOST_LEAVES: u32 = 1 << 20;
+
+/// Most crossings of a pixel that can be kept: `MOST_KEPT` of the shaders.
+pub(crate) const MOST_KEPT: u32 = 16;
 
 /// How a quad of a map is found to be too coarse.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -27,8 +30,10 @@ pub enum Criterion {
 /// How the surface of a light volume is divided into triangles.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Tessellation {
-    /// Two triangles for each cell between the map's texels.
+    /// Two triangles for each cell between the map's texels, without a vertex buffer: six vertices a cell.
     Grid,
+    /// The same by indices, so that two vertices a cell are enough.
+    IndexedGrid,
     /// Quads of a balanced quadtree, split where they are too coarse.
     Adaptive {
         /// What is compared with the threshold.
