@@ -146,6 +146,12 @@ pub enum PrepareError {
         /// Index of the light.
         light: usize,
     },
+    /// A light volume is to be drawn from triangles that are not there.
+    #[error("light {light}: the map has no triangles of its size; see ShadowMap::with_mesh")]
+    NoMesh {
+        /// Index of the light.
+        light: usize,
+    },
     /// The hybrid march needs the light's shadow volume.
     #[error("light {light}: there is no shadow volume to march in; see Lamp::volume")]
     NoVolume {

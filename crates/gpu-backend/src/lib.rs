@@ -71,7 +71,7 @@ pub use fog::{
     AirlightForm, CompositeTarget, Fog, FogDescriptor, Frame, Hybrid, Lamp, LightPicture, Lookup, MAX_LIGHTS,
     Placement, SceneDepth, Shadows, Technique, View,
 };
-pub use lightvolume::{Criterion, DEFAULT_MOST_LEAVES, LeafCount, Tessellation};
+pub use lightvolume::{Criterion, DEFAULT_MOST_LEAVES, LeafCount, LightMesh, Tessellation};
 pub use map::{HostDepth, ShadowMap};
 pub use probe::{AirlightProbe, Problem, SunProbe, SunProblem};
 pub use stats::{FrameStats, PassTime};

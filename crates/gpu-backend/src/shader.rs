@@ -69,6 +69,7 @@ pub const PASSES: &[File] = files![
     "lightvolume/indexed_grid",
     "lightvolume/leaf_surface",
     "lightvolume/leaves",
+    "lightvolume/mesh",
     "lightvolume/seams",
     "lightvolume/settle",
     "lightvolume/walls",

@@ -142,8 +142,9 @@ pub enum Technique {
         /// How the surface is divided into triangles.
         tessellation: Tessellation,
         /// Crossings of each pixel that are kept and sorted, 16 at most, or as many as the device can bind; further ones
-        /// are summed as they come, as all are in the paper. Six serve most views.
-        kept: u32,
+        /// are summed as they come, as all are in the paper. `None` keeps six where the airlight of a piece is a
+        /// quadrature, and none where it has a closed form, which is done before a crossing is kept.
+        kept: Option<u32>,
     },
 }
 

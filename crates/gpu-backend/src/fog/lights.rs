@@ -38,6 +38,11 @@ pub(super) fn check_maps(frame: &Frame<'_>) -> Result<(), PrepareError> {
             };
             return Err(PrepareError::WrongMap { light: index, map: got, kind });
         }
+        let from_mesh =
+            matches!(frame.technique, Technique::LightVolume { tessellation: Tessellation::Mesh, .. });
+        if from_mesh && map.mesh().is_none_or(|mesh| mesh.map_size() != map.size()) {
+            return Err(PrepareError::NoMesh { light: index });
+        }
         if variance && map.moments().is_none() {
             return Err(PrepareError::NoMoments { light: index });
         }

@@ -39,9 +39,13 @@ impl MeshUniform {
     }
 }
 
-/// Bits of a column's number in an indexed grid over `size` nodes.
+/// Cells along the side of a tile of an indexed grid.
+pub(crate) const GRID_TILE: u32 = 256;
+
+/// Bits of a column's number in an indexed grid over `size` nodes: whole tiles have room.
 pub(crate) fn row_bits(size: (u32, u32)) -> u32 {
-    size.0.next_power_of_two().trailing_zeros()
+    let columns = size.0.saturating_sub(1).next_multiple_of(GRID_TILE) + 1;
+    columns.next_power_of_two().trailing_zeros()
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ mod view;
 mod volume;
 
 pub(crate) use light::{Basis, LightUniform};
-pub(crate) use mesh::{MeshUniform, row_bits};
+pub(crate) use mesh::{GRID_TILE, MeshUniform, row_bits};
 pub(crate) use view::{ENDLESS, ImagePlane, ViewUniform};
 pub(crate) use volume::VolumeUniform;
 

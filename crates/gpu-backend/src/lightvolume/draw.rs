@@ -7,9 +7,9 @@ use std::sync::{Mutex, PoisonError};
 use shadowmap::ProjectionKind;
 
 use super::tessellation::DRAW_AT;
-use super::{Leaves, Tessellation, TessellationPasses};
+use super::{Leaves, LightMesh, Tessellation, TessellationPasses};
 use crate::checked::{created, filled_buffer, prepared};
-use crate::layout::{LightUniform, MeshUniform, row_bits};
+use crate::layout::{GRID_TILE, LightUniform, MeshUniform, row_bits};
 use crate::pass::{
     Call, ComputePass, Dispatch, Draw, DrawPass, DrawTarget, Step, compute_pipeline, drawn, storage,
     storage_texture, storage_written, texture, uniform,
@@ -22,9 +22,6 @@ const BLENDED: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
 /// What is drawn into, and nothing written, where it does not: a render pass has to have a target.
 const UNUSED: wgpu::TextureFormat = wgpu::TextureFormat::R8Unorm;
 
-/// Cells along the side of a tile of an indexed grid.
-const TILE: u32 = 256;
-
 /// A part of the surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 enum Part {
@@ -32,6 +29,8 @@ enum Part {
     Grid,
     /// The same by indices.
     IndexedGrid,
+    /// Triangles made beforehand, with their walls.
+    Mesh,
     /// Leaves of a tessellation, with their walls.
     Leaves,
     /// What closes a single image.
@@ -45,6 +44,7 @@ impl Part {
         match self {
             Self::Grid => "lightvolume/grid",
             Self::IndexedGrid => "lightvolume/indexed_grid",
+            Self::Mesh => "lightvolume/mesh",
             Self::Leaves => "lightvolume/leaf_surface",
             Self::Walls => "lightvolume/walls",
             Self::Seams => "lightvolume/seams",
@@ -153,10 +153,11 @@ impl LightVolumePasses {
             Tessellation::Grid => Part::Grid,
             Tessellation::IndexedGrid => Part::IndexedGrid,
             Tessellation::Adaptive { .. } => Part::Leaves,
+            Tessellation::Mesh => Part::Mesh,
         };
         let closing = match (variant.light, surface) {
             (0, _) => Some(Part::Seams),
-            (_, Part::Leaves) => None,
+            (_, Part::Leaves | Part::Mesh) => None,
             _ => Some(Part::Walls),
         };
         for part in std::iter::once(surface).chain(closing) {
@@ -235,14 +236,18 @@ impl LightVolumePasses {
                 (Tessellation::IndexedGrid, _) => {
                     let indices = self.tile_indices(device, to.map.size());
                     let firsts = tile_firsts(to.map.size());
-                    let count = 6 * TILE * TILE;
+                    let count = 6 * GRID_TILE * GRID_TILE;
                     calls.push((Part::IndexedGrid, Call::Tiles { indices, count, firsts, instances: faces }));
+                }
+                (Tessellation::Mesh, _) => {
+                    let vertices = 3 * to.map.mesh().map_or(0, LightMesh::triangle_count);
+                    calls.push((Part::Mesh, Call::Direct { vertices, instances: 1 }));
                 }
                 _ => {
                     calls.push((Part::Grid, Call::Direct { vertices: 6 * columns * rows, instances: faces }));
                 }
             }
-            if !cube && to.leaves.is_none() {
+            if !cube && to.leaves.is_none() && to.tessellation != Tessellation::Mesh {
                 calls.push((Part::Walls, Call::Direct { vertices: 6 * (columns + rows), instances: 1 }));
             }
         }
@@ -262,9 +267,9 @@ impl LightVolumePasses {
             return indices.clone();
         }
         let index = |x: u32, y: u32, second: u32| 2 * ((y << bits) + x) + second;
-        let mut list = Vec::with_capacity(6 * (TILE * TILE) as usize);
-        for y in 0..TILE {
-            for x in 0..TILE {
+        let mut list = Vec::with_capacity(6 * (GRID_TILE * GRID_TILE) as usize);
+        for y in 0..GRID_TILE {
+            for x in 0..GRID_TILE {
                 list.extend([index(x, y, 0), index(x + 1, y, 0), index(x, y + 1, 0)]);
                 list.extend([index(x + 1, y + 1, 1), index(x, y + 1, 0), index(x + 1, y, 0)]);
             }
@@ -283,7 +288,11 @@ impl LightVolumePasses {
             dimension: Some(wgpu::TextureViewDimension::D2Array),
             ..Default::default()
         });
-        let leaves = to.leaves.map_or(&self.spare[0], |leaves| &leaves.leaves);
+        let leaves = match (to.leaves, to.map.mesh()) {
+            (Some(leaves), _) => &leaves.leaves,
+            (None, Some(mesh)) if to.tessellation == Tessellation::Mesh => &mesh.vertices,
+            _ => &self.spare[0],
+        };
         let view = wgpu::BindingResource::TextureView;
         let resources = [
             to.view.as_entire_binding(),
@@ -376,7 +385,7 @@ impl LightVolumePasses {
 
 /// First index of each tile of an indexed grid.
 fn tile_firsts(size: (u32, u32)) -> Vec<i32> {
-    let tiles = |nodes: u32| (0..nodes - 1).step_by(TILE as usize);
+    let tiles = |nodes: u32| (0..nodes - 1).step_by(GRID_TILE as usize);
     let first = |(x, y): (u32, u32)| (2 * ((y << row_bits(size)) + x)) as i32;
     tiles(size.1).flat_map(|y| tiles(size.0).map(move |x| (x, y))).map(first).collect()
 }

@@ -5,27 +5,23 @@
 //! `lightvolume`.
 
 mod draw;
+mod mesh;
 mod tessellation;
 
+pub use ::lightvolume::Criterion;
 pub(crate) use draw::{LightVolumePasses, VolumeTarget, VolumeVariant, fitting, kept_bytes, sums_texture};
+pub use mesh::LightMesh;
 pub use tessellation::LeafCount;
 pub(crate) use tessellation::{Leaves, Settings, TessellationPasses};
 
 /// Most leaves of a tessellation unless told otherwise: 46 MB.
 pub const DEFAULT_MOST_LEAVES: u32 = 1 << 20;
 
+/// Crossings of a pixel that are kept where that pays.
+pub(crate) const USUALLY_KEPT: u32 = 6;
+
 /// Most crossings of a pixel that can be kept: `MOST_KEPT` of the shaders.
 pub(crate) const MOST_KEPT: u32 = 16;
-
-/// How a quad of a map is found to be too coarse.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-pub enum Criterion {
-    /// The greatest Laplacian of the depth under it: the paper's edge map.
-    Laplacian,
-    /// A bound on how far the surface moves along the light's rays if it is not split.
-    #[default]
-    Distance,
-}
 
 /// How the surface of a light volume is divided into triangles.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,6 +40,9 @@ pub enum Tessellation {
         /// say so.
         most_leaves: u32,
     },
+    /// Triangles that were made beforehand, see [`ShadowMap::with_mesh`](crate::ShadowMap::with_mesh): for a spot or
+    /// directional light that stands still.
+    Mesh,
 }
 
 impl Default for Tessellation {

@@ -20,7 +20,7 @@ pub(crate) use pyramid::{Pyramid, PyramidBuilder};
 use crate::checked::prepared;
 use crate::lightvolume::{Leaves, Settings};
 use crate::write_texture::write_texture;
-use crate::{LeafCount, PrepareError, ReadError};
+use crate::{LeafCount, LightMesh, PrepareError, ReadError};
 
 /// A light's shadow map on the GPU.
 ///
@@ -37,6 +37,7 @@ pub struct ShadowMap {
     /// The tessellation that was asked for last.
     leaves: Arc<Mutex<Option<Leaves>>>,
     moments: Option<Moments>,
+    mesh: Option<LightMesh>,
     /// What the heights are converted from, if they are a host's.
     host: Option<Arc<host::HostSource>>,
     /// Version of the heights that were converted last.
@@ -137,6 +138,18 @@ impl ShadowMap {
         Ok(self)
     }
 
+    /// With the triangles of its light volume, for [`Tessellation::Mesh`](crate::Tessellation::Mesh).
+    #[must_use]
+    pub fn with_mesh(mut self, mesh: LightMesh) -> Self {
+        self.mesh = Some(mesh);
+        self
+    }
+
+    /// The triangles that [`ShadowMap::with_mesh`] was given.
+    pub fn mesh(&self) -> Option<&LightMesh> {
+        self.mesh.as_ref()
+    }
+
     /// The same map with another answer for what it does not see.
     #[must_use]
     pub fn with_outside(mut self, outside: Outside) -> Self {
@@ -186,6 +199,7 @@ impl ShadowMap {
             pyramids: Default::default(),
             leaves: Arc::default(),
             moments: None,
+            mesh: None,
             host: None,
             converted: Arc::default(),
         })
@@ -232,7 +246,8 @@ impl ShadowMap {
     pub fn bytes(&self) -> u64 {
         let texels = u64::from(self.size.0) * u64::from(self.size.1) * self.projection.faces().len() as u64;
         let pyramids = self.pyramids.iter().filter_map(|pyramid| pyramid.get()).map(Pyramid::bytes);
-        let leaves = self.tessellated().map_or(0, |leaves| leaves.bytes());
+        let leaves = self.tessellated().map_or(0, |leaves| leaves.bytes())
+            + self.mesh.as_ref().map_or(0, LightMesh::bytes);
         texels * if self.moments.is_some() { 12 } else { 4 } + pyramids.sum::<u64>() + leaves
     }
 
