@@ -8,8 +8,9 @@ use ground_truth::{Reference, Settings, render_rows};
 use hybrid_march::{
     BruteForce, FaceBounds, Hybrid, LightMips, LowResolution, Marched, Occluders, ShadowVolume,
 };
+use lightvolume::{LightVolume, LightVolumes};
 use scene::{Bvh, BvhVisibility, DRay, Interval, Light, Visibility};
-use shadowmap::{Bias, ExactShadowMap, Filter, MapVisibility, SurfaceVisibility};
+use shadowmap::{Bias, DepthMap, ExactShadowMap, Filter, MapVisibility, SurfaceVisibility};
 
 use crate::failure::{Failure, Outcome};
 use crate::maps::{MapSurface, Maps};
@@ -42,6 +43,8 @@ pub(crate) struct Airlight {
     pub(crate) rays: u64,
     /// Memory of what was prepared from the maps; units: bytes.
     pub(crate) pyramid_bytes: usize,
+    /// Triangles of what was made from the maps, where there are any.
+    pub(crate) mesh_triangles: Option<u64>,
     /// Passes on the GPU and their times in ms, where there are any.
     pub(crate) passes: Vec<(String, f64)>,
 }
@@ -63,6 +66,7 @@ impl Stage<'_> {
             }
             Technique::BruteForce => self.brute_force()?,
             Technique::Hybrid => self.hybrid()?,
+            Technique::LightVolume => self.light_volume()?,
             other => {
                 return technique::check(self.setup, other, "--technique")
                     .and(Err(Failure::program("a technique without a renderer")));
@@ -142,6 +146,17 @@ impl Stage<'_> {
                 Box::new(SurfaceVisibility::new(maps, surface.into(), Bias::NONE))
             }
         }
+    }
+
+    /// The same integrals over the pieces between the crossings of light volumes.
+    fn light_volume(&self) -> Outcome<Airlight> {
+        let volumes = light_volumes(self)?;
+        let shadows = LightVolumes::new(&volumes, &self.setup.lights).map_err(Failure::program)?;
+        let found = self.exact(self.reference()?.with_shadows(&shadows));
+        let meshes = volumes.iter().flatten();
+        let bytes = meshes.clone().map(LightVolume::bytes).sum::<usize>() + shadows.bytes();
+        let triangles = meshes.map(|volume| volume.triangles().len() as u64).sum();
+        Ok(Airlight { pyramid_bytes: bytes, mesh_triangles: Some(triangles), ..found })
     }
 
     fn occluders<'v>(&self, visibility: &'v dyn Visibility) -> Option<Occluders<'v>> {
@@ -224,6 +239,15 @@ impl Stage<'_> {
         let (samples, rays) = (samples.into_inner(), rays.into_inner());
         Ok(Airlight { radiance, samples, rays, ..Airlight::default() })
     }
+}
+
+/// The light volume of every light with a map, tessellated as the options say.
+pub(crate) fn light_volumes(stage: &Stage<'_>) -> Outcome<Vec<Option<LightVolume>>> {
+    let tessellation = stage.options.tessellation.of_scene(stage.bvh.bounds().diagonal());
+    let options = lightvolume::Options::new(tessellation);
+    let build = |map: &DepthMap| LightVolume::build(map, &options);
+    let volumes = stage.maps.maps.iter().map(|map| map.as_ref().map(build).transpose());
+    volumes.collect::<Result<_, _>>().map_err(|e| Failure::input(format!("--tessellation: {e}")))
 }
 
 /// What the exact reference and the surfaces are told.

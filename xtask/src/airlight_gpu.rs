@@ -5,18 +5,18 @@ use std::time::Instant;
 
 use glam::{DVec3, Vec3};
 use gpu_backend::{
-    Faces, Fog, FogDescriptor, Frame, GpuBvh, GpuContext, Lamp, LightPicture, Lookup, MAX_LIGHTS, PassTime,
-    SceneDepth, ShadowCasters, ShadowMap, ShadowVolume, Shadows, View,
+    Faces, Fog, FogDescriptor, Frame, GpuBvh, GpuContext, Lamp, LightMesh, LightPicture, Lookup, MAX_LIGHTS,
+    PassTime, SceneDepth, ShadowCasters, ShadowMap, ShadowVolume, Shadows, View,
 };
 use scene::{AirlightModel, Light, WideBvh};
 use shadowmap::Bias;
 
-use crate::airlight::{Airlight, Stage};
+use crate::airlight::{Airlight, Stage, light_volumes};
 use crate::failure::{Failure, Outcome};
 use crate::gpu;
 use crate::maps::MapSurface;
 use crate::scene_args::Setup;
-use crate::technique::{Extruded, HybridOptions, Technique, VisibilitySource};
+use crate::technique::{Extruded, HybridOptions, Technique, Tessellation, VisibilitySource};
 use crate::volumes;
 
 /// Why the GPU cannot do what is asked, if so; the CPU can.
@@ -25,7 +25,7 @@ pub(crate) fn lacks(setup: &Setup, technique: Technique) -> Option<String> {
         return Some(format!("{} lights, and {MAX_LIGHTS} fit on the GPU", setup.lights.len()));
     }
     match technique {
-        Technique::BruteForce | Technique::Hybrid => None,
+        Technique::BruteForce | Technique::Hybrid | Technique::LightVolume => None,
         Technique::ExactShadowMap => {
             let local = setup.lights.iter().any(|light| !matches!(light, Light::Directional(_)));
             if setup.medium.bounds.is_some() {
@@ -79,11 +79,16 @@ impl<'a> GpuFrame<'a> {
         let samples = options.samples.unwrap_or(technique.default_samples());
         let scale = if technique.takes_scale() { options.scattering_scale } else { 1 };
         let hybrid = technique == Technique::Hybrid;
+        let bvh_diagonal = stage.bvh.bounds().diagonal();
         let technique = match technique {
             Technique::ExactShadowMap => gpu_backend::Technique::ExactShadowMap { surface: surface.into() },
             Technique::Hybrid => {
                 gpu_backend::Technique::Hybrid(hybrid_of(&options.hybrid, stage.setup.model, samples, lookup))
             }
+            Technique::LightVolume => gpu_backend::Technique::LightVolume {
+                tessellation: tessellation_of(options.tessellation, bvh_diagonal),
+                kept: options.kept,
+            },
             _ => gpu_backend::Technique::BruteForce { samples, lookup },
         };
         let upload = |map: &shadowmap::DepthMap| {
@@ -91,9 +96,17 @@ impl<'a> GpuFrame<'a> {
                 .map_err(|e| Failure::input(format!("--shadow-map {}: {e}", options.map.side)))
         };
         let maps = stage.maps.maps.iter().map(|map| map.as_ref().map(upload).transpose());
-        let maps = maps.collect::<Outcome<Vec<_>>>()?;
+        let mut maps = maps.collect::<Outcome<Vec<_>>>()?;
+        let by_mesh = gpu_backend::Tessellation::Mesh;
+        if matches!(technique, gpu_backend::Technique::LightVolume { tessellation, .. } if tessellation == by_mesh)
+        {
+            add_meshes(gpu, stage, &mut maps)?;
+        }
         let casts = options.shadows_in_medium && !stage.bvh.triangles().is_empty();
-        let march = !matches!(technique, gpu_backend::Technique::ExactShadowMap { .. });
+        let march = matches!(
+            technique,
+            gpu_backend::Technique::BruteForce { .. } | gpu_backend::Technique::Hybrid(_)
+        );
         let bvh = if casts && march && options.visibility == VisibilitySource::Bvh {
             let wide = WideBvh::build(&stage.setup.scene).map_err(Failure::input)?;
             Some(GpuBvh::upload(&gpu.device, &wide).map_err(Failure::input)?)
@@ -173,11 +186,34 @@ impl<'a> GpuFrame<'a> {
         self.fog.stats()
     }
 
-    /// Silhouette edges of all lights.
-    pub(crate) fn silhouette_edges(&self) -> Outcome<u64> {
+    /// Triangles that the last frame made of the lights: two for each edge of a silhouette, or the surfaces of light
+    /// volumes with what closes them. `None` for techniques without.
+    pub(crate) fn mesh_triangles(&self) -> Outcome<Option<u64>> {
         let (device, queue) = (&self.gpu.device, &self.gpu.queue);
-        let edges = self.volumes.iter().map(|volume| volume.read_edge_count(device, queue));
-        edges.map(|count| Ok(u64::from(count.map_err(Failure::program)?))).sum()
+        match self.technique {
+            gpu_backend::Technique::Hybrid(_) => {
+                let edges = self.volumes.iter().map(|volume| volume.read_edge_count(device, queue));
+                let edges: u64 = edges
+                    .map(|count| Ok(u64::from(count.map_err(Failure::program)?)))
+                    .sum::<Outcome<u64>>()?;
+                Ok(Some(2 * edges))
+            }
+            gpu_backend::Technique::LightVolume { tessellation, .. } => {
+                let maps = self.maps.iter().flatten();
+                let counts = maps.map(|map| match tessellation {
+                    gpu_backend::Tessellation::Adaptive { .. } => {
+                        let count = map.read_leaf_count(device, queue).map_err(Failure::program)?;
+                        Ok(u64::from(count.triangles) + seam_triangles(map))
+                    }
+                    gpu_backend::Tessellation::Mesh => {
+                        Ok(map.mesh().map_or(0, |mesh| u64::from(mesh.triangle_count())))
+                    }
+                    _ => Ok(grid_triangles(map)),
+                });
+                counts.sum::<Outcome<u64>>().map(Some)
+            }
+            _ => Ok(None),
+        }
     }
 
     /// Memory of what was made from the maps; units: bytes.
@@ -209,6 +245,46 @@ fn hybrid_of(
     }
 }
 
+/// Triangles between the faces of a cube's map.
+fn seam_triangles(map: &ShadowMap) -> u64 {
+    let cube = map.projection().faces().len() > 1;
+    if cube { 24 * u64::from(map.size().0.saturating_sub(1)) + 8 } else { 0 }
+}
+
+/// Triangles of a surface with all cells of a map, closed.
+fn grid_triangles(map: &ShadowMap) -> u64 {
+    let (columns, rows) = (u64::from(map.size().0) - 1, u64::from(map.size().1) - 1);
+    let faces = map.projection().faces().len() as u64;
+    let closing = if faces > 1 { seam_triangles(map) } else { 2 * (columns + rows) };
+    2 * columns * rows * faces + closing
+}
+
+/// The GPU's name for a tessellation, in a scene with this diagonal (m).
+fn tessellation_of(wanted: Tessellation, diagonal: f32) -> gpu_backend::Tessellation {
+    match (wanted, wanted.of_scene(diagonal)) {
+        (_, lightvolume::Tessellation::Adaptive { criterion, threshold }) => {
+            gpu_backend::Tessellation::Adaptive {
+                criterion,
+                threshold,
+                most_leaves: gpu_backend::DEFAULT_MOST_LEAVES,
+            }
+        }
+        (_, lightvolume::Tessellation::Delaunay { .. }) => gpu_backend::Tessellation::Mesh,
+        (Tessellation::Static { indexed: false }, _) => gpu_backend::Tessellation::Grid,
+        (_, lightvolume::Tessellation::Static) => gpu_backend::Tessellation::IndexedGrid,
+    }
+}
+
+/// Gives every map the triangles of its light volume.
+fn add_meshes(gpu: &GpuContext, stage: &Stage<'_>, maps: &mut [Option<ShadowMap>]) -> Outcome {
+    for (map, volume) in maps.iter_mut().zip(light_volumes(stage)?) {
+        let (Some(made), Some(volume)) = (map.take(), volume) else { continue };
+        let mesh = LightMesh::upload(&gpu.device, &volume).map_err(Failure::input)?;
+        *map = Some(made.with_mesh(mesh));
+    }
+    Ok(())
+}
+
 /// A shadow volume for each light, of what the options say.
 fn volumes(gpu: &GpuContext, stage: &Stage<'_>) -> Outcome<Vec<ShadowVolume>> {
     let mesh = volumes::extruded_mesh(stage.setup, stage.options.hybrid.extruded)?;
@@ -231,6 +307,7 @@ pub(crate) fn run(gpu: &GpuContext, stage: &Stage<'_>, technique: Technique) -> 
         samples: frame.stats().samples,
         rays: if frame.bvh.is_some() { frame.stats().samples } else { 0 },
         pyramid_bytes: frame.pyramid_bytes() as usize,
+        mesh_triangles: frame.mesh_triangles()?,
         passes: times.passes.into_iter().filter_map(|pass| Some((pass.name, pass.ms?))).collect(),
     })
 }

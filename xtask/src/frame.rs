@@ -42,6 +42,8 @@ pub(crate) struct Picture {
     pub(crate) map_bytes: usize,
     /// Memory of what the technique prepared from the maps; units: bytes.
     pub(crate) pyramid_bytes: usize,
+    /// Triangles of what the technique made from the maps, where there are any.
+    pub(crate) mesh_triangles: Option<u64>,
 }
 
 impl Picture {
@@ -89,6 +91,7 @@ pub(crate) fn render(
     label: &str,
 ) -> Outcome<Picture> {
     check(setup, technique, "--technique")?;
+    let options = &options.of(technique);
     let rays = ViewRays::trace(&setup.camera, bvh, options.size);
     let maps = if draws_maps(setup, technique, options) {
         Maps::draw(setup, &options.map)?
@@ -126,5 +129,6 @@ pub(crate) fn render(
         view_ray_bytes: rays.bytes(),
         map_bytes: maps.bytes(),
         pyramid_bytes: airlight.pyramid_bytes,
+        mesh_triangles: airlight.mesh_triangles,
     })
 }

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use gpu_backend::GpuContext;
+use lightvolume::Criterion;
 use scene::Bvh;
 use serde_json::{Value, json};
 
@@ -17,7 +18,7 @@ use crate::metrics;
 use crate::output_file;
 use crate::report::data::Adapter;
 use crate::scene_args::{SceneArgs, Setup};
-use crate::technique::{self, Options, Technique, VisibilitySource};
+use crate::technique::{self, Options, Technique, Tessellation, VisibilitySource};
 
 /// Longest side of a picture; units: pixels.
 const MAX_SIDE: u32 = 16384;
@@ -84,7 +85,7 @@ struct QualityArgs {
     shadow_map: Option<u32>,
     /// `static`, `adaptive[:THRESHOLD]` or `delaunay[:METRES]`.
     #[arg(long, allow_hyphen_values = true, value_parser = parse_tessellation)]
-    tessellation: Option<String>,
+    tessellation: Option<Tessellation>,
     /// Scattering is computed at this fraction of the resolution.
     #[arg(long, value_name = "1|2|4", allow_hyphen_values = true, value_parser = ["1", "2", "4"])]
     scattering_scale: Option<String>,
@@ -163,19 +164,24 @@ fn parse_positive(text: &str) -> Result<f64, String> {
         .ok_or("must be a finite number above 0".into())
 }
 
-fn parse_tessellation(text: &str) -> Result<String, String> {
+fn parse_tessellation(text: &str) -> Result<Tessellation, String> {
     let (kind, parameter) =
         text.split_once(':').map_or((text, None), |(kind, parameter)| (kind, Some(parameter)));
-    let known = match kind {
-        "static" => parameter.is_none(),
-        "adaptive" | "delaunay" => parameter.is_none_or(|parameter| parse_positive(parameter).is_ok()),
-        _ => false,
+    let metres = |parameter: &str| {
+        parse_positive(parameter).ok().map(|metres| metres as f32).filter(|metres| metres.is_finite())
     };
-    if known {
-        Ok(text.to_owned())
-    } else {
-        Err("expected static, adaptive[:THRESHOLD] or delaunay[:METRES]".into())
+    let criterion = Criterion::Distance;
+    match (kind, parameter.map(metres)) {
+        ("static", None) => Some(Tessellation::Static { indexed: true }),
+        ("adaptive", None) => Some(Tessellation::Adaptive { criterion, threshold: None }),
+        ("adaptive", Some(Some(metres))) => {
+            Some(Tessellation::Adaptive { criterion, threshold: Some(metres) })
+        }
+        ("delaunay", None) => Some(Tessellation::Delaunay { bound: None }),
+        ("delaunay", Some(Some(metres))) => Some(Tessellation::Delaunay { bound: Some(metres) }),
+        _ => None,
     }
+    .ok_or("expected static, adaptive[:THRESHOLD] or delaunay[:METRES]".into())
 }
 
 fn parse_finite(text: &str) -> Result<f32, String> {
@@ -201,9 +207,9 @@ pub(crate) fn run(args: &RenderArgs) -> Outcome {
     let techniques: Vec<Technique> = std::iter::once(technique).chain(args.against).collect();
     // the reference may run elsewhere
     let gpu = args.backend.choose(args.adapter.as_deref(), &setup, &techniques[..1])?;
-    let options = args.options(gpu.is_some());
+    let options = args.options(gpu.is_some(), &techniques);
     if techniques.iter().any(|&technique| frame::draws_maps(&setup, technique, &options)) {
-        options.map.check(&setup)?;
+        techniques.iter().try_for_each(|&technique| options.of(technique).map.check(&setup))?;
     }
     let picture = frame::render(&setup, &bvh, technique, &options, gpu.as_ref(), &technique.name())?;
     // not before: what a GPU cannot hold is refused by then, in the only line there is
@@ -302,7 +308,7 @@ fn describe(
     let map = picture.ms_map.map(|_| {
         json!({
             "size": options.map.side,
-            "surface": options.map.surface.name(),
+            "surface": options.of(ran.technique).map.surface.name(),
             "bytes": picture.map_bytes,
             "pyramid_bytes": picture.pyramid_bytes,
         })
@@ -325,6 +331,7 @@ fn describe(
         "lights": setup.lights.len(),
         "samples": picture.samples,
         "rays": picture.rays,
+        "mesh_triangles": picture.mesh_triangles,
         "shadow_map": map,
         "bytes": bvh.bytes() + picture.bytes(),
     })
@@ -332,7 +339,9 @@ fn describe(
 
 impl RenderArgs {
     /// What the flags say of the picture, with the defaults of those that were not given.
-    fn options(&self, on_gpu: bool) -> Options {
+    fn options(&self, on_gpu: bool, techniques: &[Technique]) -> Options {
+        // what a light volume is compared with is to mean the same
+        let enclosed = techniques.contains(&Technique::LightVolume);
         let defaults = Options::new(self.size);
         Options {
             airlight_only: self.airlight_only,
@@ -351,9 +360,14 @@ impl RenderArgs {
             } else {
                 defaults.visibility
             }),
+            tessellation: self.quality.tessellation.unwrap_or_default(),
             map: MapOptions {
                 side: self.quality.shadow_map.unwrap_or(DEFAULT_SIDE),
-                surface: self.map_surface.unwrap_or_default(),
+                surface: self.map_surface.unwrap_or(if enclosed {
+                    MapSurface::Linear
+                } else {
+                    MapSurface::Step
+                }),
             },
             ..defaults
         }

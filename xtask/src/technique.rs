@@ -4,10 +4,11 @@ use clap::ValueEnum;
 use gpu_backend::AirlightForm;
 use ground_truth::Reference;
 use hybrid_march::{Hybrid, Placement};
+use lightvolume::{Criterion, SignedAirlight};
 use scene::{AirlightModel, Refusal};
 
 use crate::failure::{Failure, Outcome};
-use crate::maps::MapOptions;
+use crate::maps::{MapOptions, MapSurface};
 use crate::scene_args::Setup;
 
 /// Steps where a march over the light's whole extent is given none.
@@ -54,7 +55,7 @@ impl Technique {
     /// Whether it reads shadow maps; `visibility` is what a march asks.
     pub(crate) fn reads_maps(self, visibility: VisibilitySource) -> bool {
         match self {
-            Self::ExactShadowMap => true,
+            Self::ExactShadowMap | Self::LightVolume => true,
             Self::BruteForce | Self::Hybrid => visibility == VisibilitySource::Map,
             _ => false,
         }
@@ -75,8 +76,49 @@ impl Technique {
         match flag {
             "--samples" | "--visibility" => matches!(self, Self::BruteForce | Self::Hybrid),
             "--scattering-scale" => self.takes_scale(),
-            "--shadow-map" | "--map-surface" => self.reads_maps(visibility),
+            "--shadow-map" => self.reads_maps(visibility),
+            "--map-surface" => self.reads_maps(visibility) && self != Self::LightVolume,
+            "--tessellation" => self == Self::LightVolume,
             _ => false,
+        }
+    }
+}
+
+/// `--tessellation`: how the surface of a light volume is divided.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Tessellation {
+    /// Every cell of the map; on a GPU by indices, or with six vertices each.
+    Static { indexed: bool },
+    /// A quadtree.
+    Adaptive {
+        /// What is compared with the threshold.
+        criterion: Criterion,
+        /// A share of the scene's diagonal without one; units: m.
+        threshold: Option<f32>,
+    },
+    /// Delaunay triangles of the nodes that matter most; the bound is a share of the diagonal without one; units: m.
+    Delaunay { bound: Option<f32> },
+}
+
+/// Threshold of tessellations without one, as a share of the scene's diagonal.
+const DEFAULT_THRESHOLD: f32 = 1e-3;
+
+impl Default for Tessellation {
+    fn default() -> Self {
+        Self::Adaptive { criterion: Criterion::Distance, threshold: None }
+    }
+}
+
+impl Tessellation {
+    /// With the threshold that it was given, or that of a scene with this diagonal; units: m.
+    pub(crate) fn of_scene(self, diagonal: f32) -> lightvolume::Tessellation {
+        let usual = DEFAULT_THRESHOLD * diagonal;
+        match self {
+            Self::Static { .. } => lightvolume::Tessellation::Static,
+            Self::Adaptive { criterion, threshold } => {
+                lightvolume::Tessellation::Adaptive { criterion, threshold: threshold.unwrap_or(usual) }
+            }
+            Self::Delaunay { bound } => lightvolume::Tessellation::Delaunay { bound: bound.unwrap_or(usual) },
         }
     }
 }
@@ -163,6 +205,10 @@ pub(crate) struct Options {
     pub(crate) anew_at_edges: bool,
     /// How the hybrid finds and refines its bounds.
     pub(crate) hybrid: HybridOptions,
+    /// How the surface of a light volume is divided.
+    pub(crate) tessellation: Tessellation,
+    /// Crossings of each pixel with it that are kept and sorted on a GPU; as many as pay without.
+    pub(crate) kept: Option<u32>,
     /// What techniques that march ask.
     pub(crate) visibility: VisibilitySource,
     /// For techniques that read shadow maps.
@@ -181,9 +227,22 @@ impl Options {
             scattering_scale: 1,
             anew_at_edges: false,
             hybrid: HybridOptions::default(),
+            tessellation: Tessellation::default(),
+            kept: None,
             visibility: VisibilitySource::default(),
             map: MapOptions::default(),
         }
+    }
+}
+
+impl Options {
+    /// As a technique reads them: a light volume encloses its map in the linear meaning.
+    pub(crate) fn of(&self, technique: Technique) -> Self {
+        let mut options = *self;
+        if technique == Technique::LightVolume {
+            options.map.surface = MapSurface::Linear;
+        }
+        options
     }
 }
 
@@ -200,8 +259,10 @@ pub(crate) fn check(setup: &Setup, technique: Technique, flag: &str) -> Outcome 
         Technique::Hybrid => {
             Hybrid::check(&setup.medium, &setup.lights, setup.model).map_err(|refusal| refused(refusal, flag))
         }
+        Technique::LightVolume => SignedAirlight::<f64>::check(&setup.medium, &setup.lights, setup.model)
+            .map_err(|refusal| refused(refusal, flag)),
         other => Err(Failure::input(format!(
-            "{flag} {}: not in this version, which has exact, exact-shadow-map, brute-force and hybrid",
+            "{flag} {}: not in this version, which has exact, exact-shadow-map, brute-force, hybrid and light-volume",
             other.name()
         ))),
     }

@@ -82,8 +82,8 @@ pub(super) struct Measured {
     passes: BTreeMap<String, Vec<f64>>,
     /// Steps of all rays: at most, as a GPU counts them; those of the CPU are exact.
     all_steps: u64,
-    /// Silhouette edges, where they were found on the GPU.
-    pub(super) edges: Option<u64>,
+    /// Triangles that were made of the light: two for each edge of its silhouette, or the surface of its volume.
+    pub(super) mesh_triangles: Option<u64>,
     /// Memory of a frame on the GPU; of the maps and what is made from them on the CPU.
     bytes: u64,
     /// Against the exact picture of the same map, for what reads one.
@@ -144,7 +144,7 @@ impl Measured {
         row.stages = self.stages();
         row.set_errors(&self.on_geometry);
         row.samples = (self.all_steps > 0).then_some(self.all_steps);
-        row.mesh_triangles = self.edges.filter(|edges| *edges > 0).map(|edges| 2 * edges);
+        row.mesh_triangles = self.mesh_triangles.filter(|triangles| *triangles > 0);
         row.memory_bytes = Some(self.bytes);
         let mut param = |name: &str, value: serde_json::Value| _ = row.params.insert(name.into(), value);
         if let Some(on_map) = &self.on_map {
@@ -303,7 +303,7 @@ impl Arena {
     /// Fails for values that are not finite.
     fn compared(&self, setting: &Setting, first: First) -> Outcome<Measured> {
         let (width, height) = self.base.size;
-        let First { pixels, steps: all_steps, edges, bytes, counts } = first;
+        let First { pixels, steps: all_steps, mesh_triangles, bytes, counts } = first;
         let image = Image { width, height, pixels };
         let against = |reference| metrics::compare(&image, reference, Some(&self.unshadowed), None);
         let on_geometry = against(&self.exact)?;
@@ -325,7 +325,7 @@ impl Arena {
             kept,
             passes,
             all_steps,
-            edges,
+            mesh_triangles,
             bytes,
             on_map,
             on_geometry,
@@ -361,7 +361,7 @@ pub(super) struct Runner<'a> {
 pub(super) struct First {
     pub(super) pixels: Vec<[f32; 3]>,
     steps: u64,
-    edges: Option<u64>,
+    mesh_triangles: Option<u64>,
     bytes: u64,
     counts: Option<Counts>,
 }
@@ -384,13 +384,18 @@ impl<'a> Runner<'a> {
             let bytes = (self.stage.maps.bytes() + airlight.pyramid_bytes) as u64;
             let counts = self.technique.takes_scale().then(|| Counts::of(&airlight));
             let pixels = narrow(&airlight);
-            return Ok(First { pixels, steps: airlight.samples, edges: None, bytes, counts });
+            return Ok(First {
+                pixels,
+                steps: airlight.samples,
+                mesh_triangles: airlight.mesh_triangles,
+                bytes,
+                counts,
+            });
         };
         frame.render(true)?;
         let (steps, bytes) = (frame.stats().samples, frame.stats().bytes);
-        let hybrid = self.technique == Technique::Hybrid;
-        let edges = hybrid.then(|| frame.silhouette_edges()).transpose()?;
-        Ok(First { pixels: frame.read()?, steps, edges, bytes, counts: None })
+        let mesh_triangles = frame.mesh_triangles()?;
+        Ok(First { pixels: frame.read()?, steps, mesh_triangles, bytes, counts: None })
     }
 
     /// Time of a frame and of its passes by their kind, where those are known; units: ms.
@@ -409,7 +414,19 @@ impl<'a> Runner<'a> {
 
 /// A pass's name without the light and the view that it is for.
 fn kind_of_pass(pass: &str) -> String {
-    let known = ["silhouette", "tiles", "faces", "merge", "downsample", "upsample", "pyramid"];
+    let known = [
+        "silhouette",
+        "tiles",
+        "faces",
+        "merge",
+        "downsample",
+        "upsample",
+        "pyramid",
+        "criterion",
+        "hierarchy",
+        "leaves",
+        "surface",
+    ];
     let name = known.into_iter().find(|name| pass.contains(name));
     name.unwrap_or("march").to_owned()
 }

@@ -124,7 +124,7 @@ impl Case {
     }
 
     fn edges(&self) -> Option<u64> {
-        self.shots.iter().find_map(|shot| shot.edges)
+        self.shots.iter().find_map(|shot| shot.mesh_triangles).map(|triangles| triangles / 2)
     }
 }
 

@@ -226,7 +226,7 @@ fn table(title: &str, shots: &[Measured]) -> Table {
     for shot in shots {
         table.push(vec![
             shot.setting.name.clone(),
-            report::count(shot.edges),
+            report::count(shot.mesh_triangles.map(|triangles| triangles / 2)),
             report::figure(shot.lookups()),
             report::time(shot.ms()),
             report::error(shot.map_error()),

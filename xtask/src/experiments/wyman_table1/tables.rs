@@ -101,7 +101,7 @@ pub(super) fn stages(cases: &[Case]) -> Table {
             let Some(result) = case.find(&name) else { continue };
             let stages = result.stages();
             let still = median(&result.kept);
-            let edges = result.edges.filter(|edges| *edges > 0);
+            let edges = result.mesh_triangles.map(|triangles| triangles / 2).filter(|edges| *edges > 0);
             let fixed = [
                 report::time(result.ms()),
                 report::time(still),
