@@ -3,9 +3,11 @@
 
 mod common;
 
-use common::{Stage, compare, fog, gpus, upload};
-use gpu_backend::{Criterion, DEFAULT_MOST_LEAVES, Technique, Tessellation};
-use scene::Light;
+use common::{Stage, compare, fog, gpu, gpus, upload};
+use glam::Vec3;
+use gpu_backend::{Criterion, DEFAULT_MOST_LEAVES, Fog, LightMesh, Technique, Tessellation};
+use lightvolume::{LightVolume, LightVolumes, Options};
+use scene::{Camera, Light};
 use shadowmap::MapSurface;
 
 fn volume(tessellation: Tessellation, kept: Option<u32>) -> Technique {
@@ -58,6 +60,177 @@ fn every_tessellation_is_the_linear_surface() {
                     let shadow = if changed > 0.0 { error / changed } else { 0.0 };
                     println!("{name} {} {how}: {error:.1e} {shadow:.1e} {p99:.1e}", kind(&light));
                     assert!(error <= BARS.0 && shadow <= BARS.1, "{name} {} {how}", kind(&light));
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn leaves_are_those_of_the_cpu() {
+    for gpu in gpus() {
+        let mut fog = fog(&gpu);
+        for name in ["slats", "hall"] {
+            let stage = Stage::procedural(name, (8, 8), 0.3);
+            for light in stage.lights() {
+                let map = stage.map(&light, 150, MapSurface::Linear).unwrap();
+                let uploaded = upload(&gpu, &map);
+                for criterion in [Criterion::Distance, Criterion::Laplacian] {
+                    let tessellation = Tessellation::Adaptive {
+                        criterion,
+                        threshold: 0.02,
+                        most_leaves: DEFAULT_MOST_LEAVES,
+                    };
+                    let technique = volume(tessellation, None);
+                    stage.on_gpu(&gpu, &mut fog, &light, Some(&uploaded), technique);
+                    let got = uploaded.read_leaves(&gpu.device, &gpu.queue).unwrap();
+                    let mut got: Vec<_> = got
+                        .into_iter()
+                        .map(|[at, how]| (how >> 16, how & 0xff, at & 0xffff, at >> 16, how >> 8 & 0xff))
+                        .collect();
+                    let options = Options {
+                        tessellation: lightvolume::Tessellation::Adaptive { criterion, threshold: 0.02 },
+                        far: Some(1e6),
+                    };
+                    let wanted = LightVolume::build(&map, &options).unwrap();
+                    let mut wanted: Vec<_> = wanted
+                        .leaves()
+                        .iter()
+                        .map(|l| (l.face as u32, l.level as u32, l.x, l.y, u32::from(l.configuration)))
+                        .collect();
+                    got.sort_unstable();
+                    wanted.sort_unstable();
+                    let both = got.iter().filter(|leaf| wanted.binary_search(leaf).is_ok()).count();
+                    let differ = got.len().max(wanted.len()) - both;
+                    println!("{name} {} {criterion:?}: {} leaves, {differ} differ", kind(&light), got.len());
+                    // a criterion next to its threshold may fall on either side, and takes neighbours with it
+                    assert!(1000 * differ <= wanted.len() + 2000, "{} of {}", differ, wanted.len());
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_light_that_stands_still_keeps_its_leaves() {
+    let Some(gpu) = gpu() else { return };
+    let mut fog = fog(&gpu);
+    let stage = Stage::procedural("sphere", (16, 16), 0.3);
+    let light = &stage.lights()[1];
+    let map = stage.map(light, 64, MapSurface::Linear).unwrap();
+    let uploaded = upload(&gpu, &map);
+    let built = |fog: &mut Fog| {
+        stage.on_gpu(&gpu, fog, light, Some(&uploaded), adaptive(0.01, None));
+        fog.stats().tessellations_built
+    };
+    assert_eq!((built(&mut fog), built(&mut fog)), (1, 0));
+    uploaded.touch();
+    assert_eq!((built(&mut fog), built(&mut fog)), (1, 0));
+    // what only a tessellation needs is not there for a grid
+    stage.on_gpu(&gpu, &mut fog, light, Some(&upload(&gpu, &map)), volume(Tessellation::IndexedGrid, None));
+    assert!(!fog.stats().passes.iter().any(|pass| pass.contains("tessellation")));
+}
+
+#[test]
+fn where_leaves_do_not_fit_they_are_coarser_and_the_surface_has_no_hole() {
+    let Some(gpu) = gpu() else { return };
+    let mut fog = fog(&gpu);
+    let stage = Stage::procedural("hall", (48, 48), 0.3);
+    for light in stage.lights() {
+        let map = stage.map(&light, 128, MapSurface::Linear);
+        let uploaded = upload(&gpu, map.as_ref().unwrap());
+        let exact = stage.traversed(&light, &map, MapSurface::Linear);
+        let mut last = 0.0;
+        for most_leaves in [1 << 20, 3000, 400, 1] {
+            let tessellation =
+                Tessellation::Adaptive { criterion: Criterion::Distance, threshold: 0.01, most_leaves };
+            let got = stage.on_gpu(&gpu, &mut fog, &light, Some(&uploaded), volume(tessellation, None));
+            let count = uploaded.read_leaf_count(&gpu.device, &gpu.queue).unwrap();
+            let (error, _) = compare(&got, &exact);
+            println!("{} {most_leaves}: {count:?} {error:.1e}", kind(&light));
+            // a cube's seams have their cells whatever is asked for
+            let seams = if matches!(light, Light::Point(_)) { 6 * 64 * 127 } else { 0 };
+            assert!(count.leaves <= most_leaves.max(seams), "{count:?}");
+            assert!(count.left_out > 0 || count.leaves <= most_leaves.max(seams));
+            // a hole would let all of the light of a ray through, or none
+            let brightest = exact.iter().flatten().fold(0.0_f32, |a, &b| a.max(b));
+            assert!(got.iter().flatten().all(|&v| v.is_finite() && v <= 4.0 * brightest.max(1e-3)));
+            assert!(error + 1e-4 >= last * 0.2, "coarser leaves err no less");
+            last = error;
+        }
+    }
+}
+
+#[test]
+fn triangles_made_beforehand_are_drawn_as_they_are() {
+    for gpu in gpus() {
+        let mut fog = fog(&gpu);
+        let stage = Stage::procedural("hall", (64, 64), 0.3);
+        for light in &stage.lights()[1..] {
+            let map = stage.map(light, 100, MapSurface::Linear).unwrap();
+            let options = Options::new(lightvolume::Tessellation::Delaunay { bound: 0.02 });
+            let volumes = [Some(LightVolume::build(&map, &options).unwrap())];
+            let mesh = LightMesh::upload(&gpu.device, volumes[0].as_ref().unwrap()).unwrap();
+            let uploaded = upload(&gpu, &map).with_mesh(mesh);
+            let got = stage.on_gpu(&gpu, &mut fog, light, Some(&uploaded), volume(Tessellation::Mesh, None));
+            let lights = std::slice::from_ref(light);
+            let shadows = LightVolumes::new(&volumes, lights).unwrap();
+            let settings = ground_truth::Settings::default();
+            let reference = ground_truth::Reference::new(&[], &stage.bvh, &stage.medium, lights, settings)
+                .unwrap()
+                .with_shadows(&shadows);
+            let wanted = stage.by_ray(|ray, end| reference.airlight(ray, end).as_vec3().to_array());
+            let (error, p99) = compare(&got, &wanted);
+            println!("{}: {error:.1e} {p99:.1e}", kind(light));
+            assert!(error <= 1e-3, "{}: {error}", kind(light));
+        }
+        let cube = stage.map(&stage.lights()[0], 8, MapSurface::Linear).unwrap();
+        let cube = LightVolume::build(&cube, &Options::default()).unwrap();
+        assert!(LightMesh::upload(&gpu.device, &cube).is_err());
+    }
+}
+
+/// A camera at `position` that looks at `target`, through the stage's medium.
+fn moved(stage: &Stage, position: Vec3, target: Vec3) -> Stage {
+    let camera = Camera::look_at(position, target, Vec3::Y, 1.0).unwrap();
+    Stage::new(&stage.name, stage.scene.clone(), camera, stage.size, 0.3)
+}
+
+#[test]
+fn cameras_in_awkward_places_see_no_holes() {
+    for gpu in gpus() {
+        let mut fog = fog(&gpu);
+        let stage = Stage::procedural("sphere", (48, 48), 0.3);
+        for light in stage.lights() {
+            let map = stage.map(&light, 64, MapSurface::Linear);
+            let uploaded = upload(&gpu, map.as_ref().unwrap());
+            let made = map.as_ref().unwrap();
+            let face = &made.projection().faces()[0];
+            let size = made.size();
+            // a point on the surface itself, on a wall of the volume, far below, just beside the light
+            let mut places = vec![(
+                "on the surface",
+                face.unproject(30.0, 33.0, f64::from(made.depth(0, 29, 32)).min(5.0), size),
+            )];
+            places.push(("on a wall", face.unproject(0.5, 20.3, 2.0, size)));
+            places.push(("far behind", face.unproject(20.0, 20.0, 60.0, size)));
+            if let Light::Point(_) | Light::Spot(_) = light {
+                places.push(("beside the light", face.unproject(32.0, 32.0, 0.01, size)));
+            }
+            for (place, position) in places {
+                let seen = moved(&stage, position.as_vec3(), Vec3::new(0.1, 1.0, 0.2));
+                let wanted = seen.traversed(&light, &map, MapSurface::Linear);
+                let open = seen.traversed(&light, &None, MapSurface::Linear);
+                let bright = open.iter().flatten().fold(0.0_f32, |a, &b| a.max(b));
+                for kept in [Some(0), Some(6)] {
+                    let technique = volume(Tessellation::IndexedGrid, kept);
+                    let got = seen.on_gpu(&gpu, &mut fog, &light, Some(&uploaded), technique);
+                    // a missed crossing errs by all of a ray's light
+                    let missed =
+                        got.iter().zip(&wanted).filter(|(a, b)| (a[0] - b[0]).abs() > 0.05 * bright).count();
+                    let (error, _) = compare(&got, &wanted);
+                    println!("{} {place} {kept:?}: {error:.1e}, {missed} pixels off", kind(&light));
+                    assert!(missed == 0 && error < 1e-2, "{} {place}: {error:.1e}, {missed}", kind(&light));
                 }
             }
         }

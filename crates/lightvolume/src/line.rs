@@ -17,15 +17,13 @@ use crate::vertex::Point;
 /// Share of what a sum may be at most below which it is rounding.
 const ROUNDING: f64 = 1e-13;
 
-/// Share of what it may be at most below which a triangle's slope along the ray has too few digits left to say where the two meet.
+/// Share of what it may be at most below which a triangle's slope along the ray has too few digits left to say where the
+/// two meet.
 const GRAZING: f64 = 1e-7;
 
 /// Share of heights by which a ray must clear a box of triangles that it is not asked to cross one by one: well above all
 /// rounding in those questions.
 const CLEAR: f64 = 1e-7;
-
-/// Share of its origin's distance from the light at which a ray counts as passing through it.
-const THROUGH: f64 = 1e-14;
 
 /// Length of the normal of the plane of a ray through the light, which any plane through the ray may be.
 const TINY: f64 = 1e-200;
@@ -94,11 +92,8 @@ impl Line {
         let square = along.place.length_squared();
         // an orthographic light is at infinity: no point is nearest to it
         let shift = if perspective { -origin.place.dot(along.place) / square } else { 0.0 };
-        let mut from =
+        let from =
             Point { place: origin.place + shift * along.place, height: origin.height + shift * along.height };
-        if perspective && from.place.length() <= THROUGH * origin.place.length() {
-            from.place = DVec3::ZERO;
-        }
         let mut normal = from.place.cross(along.place);
         if normal == DVec3::ZERO {
             // through the light, or parallel to it
