@@ -1,38 +1,46 @@
 // The airlight of a light from the crossings of each ray with the surface of its volume: sorted, and integrated between
 // them where the ray is lit.
 //
-// In: what did not fit among the crossings that are kept in place of `faces`; else see light_crossing.wgsl and
+// In: the sums of pixels whose crossings are not all noted, in place of `faces`; else see light_crossing.wgsl and
 // bindings.wgsl. Out: see bindings.wgsl. A sum of rounded terms may come out a little negative where all is dark: that is
 // taken away, and left in alpha. (BSA10 Eq. 3; twin: crates/lightvolume/src/signed.rs)
 
 #import bindings
 #import piece
 
-// as in light_crossing.wgsl, behind the number that is kept of each pixel
-@group(2) @binding(0) var<storage, read> kept: array<u32>;
-@group(2) @binding(1) var<uniform> most_kept: vec4u;
+// see light_crossing.wgsl
+@group(2) @binding(0) var<storage, read> notes: array<u32>;
+// crossings for which there is room (x)
+@group(2) @binding(1) var<uniform> pool: vec4u;
 
 // whether the sums are shares of the unshadowed airlight
 override FIXED: bool = false;
 
-const MOST_KEPT: u32 = 16u;
+const IS_SUMMED: u32 = 1u;
 
-// distances, negative where the ray enters the light
-var<private> crossings: array<f32, MOST_KEPT>;
+// A crossing of a list: distance, negative where the ray enters the light; units: m.
+fn noted(place: u32) -> f32 {
+    return bitcast<f32>(notes[2u * (view.size.x * view.size.y + place) - 1u]);
+}
 
-// Sorts the first crossings of a pixel by distance; returns the sum of their signs.
-fn sorted(first: u32, count: u32) -> i32 {
-    var signs = 0;
-    for (var i = 0u; i < count; i++) {
-        let crossing = bitcast<f32>(kept[first + i]);
-        signs += select(-1, 1, crossing > 0.0);
-        var at = i;
-        for (; at > 0u && abs(crossings[at - 1u]) > abs(crossing); at--) {
-            crossings[at] = crossings[at - 1u];
+fn previous(place: u32) -> u32 {
+    return notes[2u * (view.size.x * view.size.y + place)];
+}
+
+// The next crossing of a list after that at distance x and place `last`, by distance and then by place; 0 for none.
+fn next_of(list: u32, x: f32, last: u32) -> u32 {
+    var next = 0u;
+    var nearest = ENDLESS;
+    for (var place = list; place != 0u; place = previous(place)) {
+        let at = abs(noted(place));
+        let is_after = at > x || (at == x && place > last);
+        let is_nearer = at < nearest || (at == nearest && (place < next || next == 0u));
+        if is_after && is_nearer {
+            nearest = at;
+            next = place;
         }
-        crossings[at] = crossing;
     }
-    return signs;
+    return next;
 }
 
 fn closed(pixel: vec2u) -> vec3f {
@@ -43,38 +51,48 @@ fn closed(pixel: vec2u) -> vec3f {
     if LIGHT == SPOT {
         piece = cone_piece(lamp.foot, light.axis, ray.direction, light.cos_outer * light.cos_outer, piece);
     }
-    let first = (most_kept.x + 1u) * (pixel.y * view.size.x + pixel.x);
-    let head = kept[first];
-    let found = head & 0xffffu;
-    let count = min(found, most_kept.x);
+    let first = 1u + 2u * (pixel.y * view.size.x + pixel.x);
+    let head = notes[first];
+    let is_summed = pool.x == 0u || (head & IS_SUMMED) != 0u;
+    // where all is summed the whole ray is one piece
+    let list = select(notes[first + 1u], 0u, is_summed);
     // an orthographic volume is that of the shadow
-    let ends_lit = (bitcast<i32>(head) >> 16u) + select(0, 1, LIGHT == DIRECTIONAL);
+    var is_lit = (bitcast<i32>(head) >> 16u) + select(0, 1, LIGHT == DIRECTIONAL);
+    let whole_lit = f32(is_lit);
+    for (var place = list; place != 0u; place = previous(place)) {
+        is_lit += select(-1, 1, noted(place) > 0.0);
+    }
     var radiance = vec3f();
-    if found > count {
-        // some are in the sum: the others join them
-        for (var i = 0u; i < count; i++) {
-            let crossing = bitcast<f32>(kept[first + 1u + i]);
-            radiance += sign(crossing) * piece_airlight(lamp, piece.x, min(abs(crossing), piece.y));
-        }
-        let whole = piece_airlight(lamp, piece.x, piece.y);
-        let sum = textureLoad(faces, pixel, 0).rgb;
-        return radiance + f32(ends_lit) * whole + select(sum, sum * whole, FIXED);
-    }
-    var is_lit = sorted(first + 1u, count) + ends_lit;
     var start = piece.x;
-    for (var i = 0u; i <= count; i++) {
-        var crossing = end;
-        if i < count {
-            crossing = crossings[i];
+    var last = 0u;
+    var x = -1.0;
+    loop {
+        last = next_of(list, x, last);
+        var sign_here = 0;
+        x = end;
+        if last != 0u {
+            let crossing = noted(last);
+            x = abs(crossing);
+            sign_here = select(-1, 1, crossing > 0.0);
         }
-        let x = clamp(abs(crossing), piece.x, piece.y);
-        if is_lit > 0 && x > start {
-            radiance += piece_airlight(lamp, start, x);
+        let at = clamp(x, piece.x, piece.y);
+        if (is_lit > 0 || (FIXED && is_summed)) && at > start {
+            radiance += piece_airlight(lamp, start, at);
         }
-        is_lit -= select(-1, 1, crossing > 0.0);
-        start = x;
+        is_lit -= sign_here;
+        start = at;
+        if last == 0u {
+            break;
+        }
     }
-    return radiance;
+    if !is_summed {
+        return radiance;
+    }
+    let sum = textureLoad(faces, pixel, 0).rgb;
+    if FIXED {
+        return (sum + whole_lit) * radiance;
+    }
+    return sum + radiance;
 }
 
 @compute @workgroup_size(64)

@@ -15,7 +15,7 @@ struct Mesh {
     right: vec3f,   // to the map's right edge: a tangent, or units: m
     mirrored: u32,  // 1 where right x down points back to the light, as in cube maps
     down: vec3f,    // to its lower edge
-    kept: u32,      // crossings of each pixel that are kept
+    pool: u32,      // crossings for which there is room, of all pixels
     forward: vec3f, // unit
     row_bits: u32,  // of the number of a node within its row, of an indexed grid
 }

@@ -64,6 +64,7 @@ pub const PASSES: &[File] = files![
     "frame/surfaces",
     "frame/upsample",
     "lightvolume/criterion",
+    "lightvolume/gate",
     "lightvolume/grid",
     "lightvolume/hierarchy",
     "lightvolume/indexed_grid",

@@ -8,7 +8,7 @@ use scene::{AirlightModel, Density, Light, Medium, Refusal};
 use shadowmap::Outside;
 
 use super::frame::{AirlightForm, Frame, Hybrid, Lamp, Lookup, Placement, Technique};
-use crate::lightvolume::{MOST_KEPT, USUALLY_KEPT, VolumeVariant};
+use crate::lightvolume::{USUALLY_KEPT, VolumeVariant};
 use crate::{Faces, Tessellation};
 
 /// Steps of a march, times what each loops over, in one dispatch: some drivers cut loops silently at 65,535 trips of a
@@ -305,13 +305,7 @@ fn of_lamp(frame: &Frame<'_>, index: usize, lamp: &Lamp<'_>) -> Result<Work, Ref
             if !shadowed {
                 return Ok(exact(false));
             }
-            let quadrature = match lamp.light {
-                Light::Spot(_) => true,
-                Light::Point(_) => !frame.medium.phase.is_isotropic(),
-                Light::Directional(_) => false,
-            };
-            let usual = if quadrature { USUALLY_KEPT } else { 0 };
-            let (label, kept) = (label("light volume"), kept.unwrap_or(usual).min(MOST_KEPT));
+            let (label, kept) = (label("light volume"), kept.unwrap_or(USUALLY_KEPT));
             let work = Work { tessellation: Some(tessellation), kept, label, ..exact(false) };
             Ok(Work { variant: with(Shader::LightVolume), ..work })
         }

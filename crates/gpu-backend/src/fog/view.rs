@@ -371,7 +371,7 @@ impl ViewPasses<'_> {
     ) -> Option<Crossings> {
         let (passes, sums) = (self.fog.light_volumes.as_ref()?, targets.sums.as_ref()?);
         let kept = targets.kept.as_ref()?;
-        let most_kept = fitting(self.device, image.plane.size, work.kept);
+        let pool = fitting(self.device, image.plane.size, work.kept);
         let tessellation = work.tessellation?;
         let shadows = self.frame.lamps[work.lamp?].shadows?;
         let map = shadows.map()?;
@@ -392,7 +392,7 @@ impl ViewPasses<'_> {
                     map.projection(),
                     map.size(),
                     lights::far_of(&shadows),
-                    most_kept,
+                    pool,
                 ),
                 light,
                 view: &image.uniform,
@@ -405,10 +405,10 @@ impl ViewPasses<'_> {
                 label: &work.label,
             },
         ));
-        let most_kept = filled_buffer(
+        let pool = filled_buffer(
             self.device,
-            "crossings of a pixel",
-            bytemuck::bytes_of(&[most_kept, 0, 0, 0]),
+            "room for crossings",
+            bytemuck::bytes_of(&[pool, 0, 0, 0]),
             wgpu::BufferUsages::UNIFORM,
         );
         let group = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
@@ -416,7 +416,7 @@ impl ViewPasses<'_> {
             layout: &self.fog.layouts.crossings,
             entries: &[
                 wgpu::BindGroupEntry { binding: 0, resource: kept.as_entire_binding() },
-                wgpu::BindGroupEntry { binding: 1, resource: most_kept.as_entire_binding() },
+                wgpu::BindGroupEntry { binding: 1, resource: pool.as_entire_binding() },
             ],
         });
         Some(Crossings { steps, sums: view_of(sums), group })

@@ -15,15 +15,15 @@ pub(crate) struct MeshUniform {
     right: [f32; 3],
     mirrored: u32,
     down: [f32; 3],
-    kept: u32,
+    pool: u32,
     forward: [f32; 3],
     row_bits: u32,
 }
 
 impl MeshUniform {
-    /// The frame of a projection of `size` texels; nothing in an orthographic map is farther than `far` m, and `kept`
-    /// crossings of each pixel are kept.
-    pub(crate) fn new(basis: &Basis, projection: &Projection, size: (u32, u32), far: f32, kept: u32) -> Self {
+    /// The frame of a projection of `size` texels; nothing in an orthographic map is farther than `far` m, and there is
+    /// room for `pool` crossings.
+    pub(crate) fn new(basis: &Basis, projection: &Projection, size: (u32, u32), far: f32, pool: u32) -> Self {
         let face = &projection.faces()[0];
         Self {
             origin: basis.point(face.origin),
@@ -32,10 +32,15 @@ impl MeshUniform {
             // images of cube textures are seen from outside
             mirrored: u32::from(projection.kind() == ProjectionKind::Cube),
             down: basis.vector(face.down * face.half.y),
-            kept,
+            pool,
             forward: basis.vector(face.forward),
             row_bits: row_bits(size),
         }
+    }
+
+    /// Crossings for which there is room.
+    pub(crate) fn pool(&self) -> u32 {
+        self.pool
     }
 }
 
@@ -57,7 +62,7 @@ mod tests {
     fn the_shader_reads_what_rust_writes() {
         let (fields, span) = wgsl_struct("lightvolume/grid", "Mesh");
         assert_eq!(span as usize, size_of::<MeshUniform>());
-        let ours = offsets!(MeshUniform: origin, far, right, mirrored, down, kept, forward, row_bits);
+        let ours = offsets!(MeshUniform: origin, far, right, mirrored, down, pool, forward, row_bits);
         assert_eq!(fields, ours);
     }
 }

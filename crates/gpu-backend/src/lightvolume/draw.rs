@@ -91,7 +91,9 @@ pub(crate) struct LightVolumePasses {
     pub(crate) tessellation: TessellationPasses,
     blends: bool,
     layout: wgpu::BindGroupLayout,
-    pipelines: HashMap<(Part, VolumeVariant), wgpu::RenderPipeline>,
+    /// For each part and light the one that notes crossings, and the one that sums them.
+    pipelines: HashMap<(Part, VolumeVariant, bool), wgpu::RenderPipeline>,
+    gate: (wgpu::BindGroupLayout, wgpu::ComputePipeline),
     settle: (wgpu::BindGroupLayout, wgpu::ComputePipeline),
     /// What the tiles of indexed grids have in common, of the width of map that was drawn last.
     tile: Mutex<Option<(u32, wgpu::Buffer)>>,
@@ -113,14 +115,19 @@ impl LightVolumePasses {
             texture(7, flat),
             texture(8, flat),
             storage_written(9),
+            storage_written(10),
         ]
         .map(drawn);
         let layout = |label, entries: &[wgpu::BindGroupLayoutEntry]| {
             device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries })
         };
-        let name = "lightvolume/settle";
-        let settle = layout(name, &[storage(0), storage_texture(1, BLENDED, flat)]);
-        let pipeline = compute_pipeline(device, name, &[&settle], &[])?;
+        let pass = |name: &'static str, entries: &[wgpu::BindGroupLayoutEntry]| {
+            let layout = layout(name, entries);
+            let pipeline = compute_pipeline(device, name, &[&layout], &[])?;
+            Ok::<_, CreateError>((layout, pipeline))
+        };
+        let gate = pass("lightvolume/gate", &[storage(0), storage(1), storage_written(2), uniform(3)])?;
+        let settle = pass("lightvolume/settle", &[storage(0), storage_texture(1, BLENDED, flat)])?;
         let spare = created(device, "light volumes", || {
             [(); 2].map(|()| {
                 filled_buffer(device, "light volume stand-in", &[0; 16], wgpu::BufferUsages::STORAGE)
@@ -131,7 +138,8 @@ impl LightVolumePasses {
             blends: device.features().contains(wgpu::Features::FLOAT32_BLENDABLE),
             layout: layout("light volume", &entries),
             pipelines: HashMap::new(),
-            settle: (settle, pipeline),
+            gate,
+            settle,
             tile: Mutex::new(None),
             spare,
         })
@@ -149,75 +157,142 @@ impl LightVolumePasses {
         variant: VolumeVariant,
         tessellation: Tessellation,
     ) -> Result<(), CreateError> {
-        let surface = match tessellation {
-            Tessellation::Grid => Part::Grid,
-            Tessellation::IndexedGrid => Part::IndexedGrid,
-            Tessellation::Adaptive { .. } => Part::Leaves,
-            Tessellation::Mesh => Part::Mesh,
+        let (notes, sums) = match tessellation {
+            Tessellation::Grid => (Part::Grid, Part::Grid),
+            // tiles are many draws, whose arguments no pass writes
+            Tessellation::IndexedGrid => (Part::IndexedGrid, Part::Grid),
+            Tessellation::Adaptive { .. } => (Part::Leaves, Part::Leaves),
+            Tessellation::Mesh => (Part::Mesh, Part::Mesh),
         };
-        let closing = match (variant.light, surface) {
+        let closing = match (variant.light, notes) {
             (0, _) => Some(Part::Seams),
             (_, Part::Leaves | Part::Mesh) => None,
             _ => Some(Part::Walls),
         };
-        for part in std::iter::once(surface).chain(closing) {
-            if !self.pipelines.contains_key(&(part, variant)) {
-                let pipeline = self.pipeline(device, part, variant)?;
-                self.pipelines.insert((part, variant), pipeline);
+        let of_both = closing.into_iter().flat_map(|part| [(part, false), (part, true)]);
+        // without any crossings that are kept the sums are drawn as the notes would be
+        for (part, sums) in [(notes, false), (notes, true), (sums, true)].into_iter().chain(of_both) {
+            if !self.pipelines.contains_key(&(part, variant, sums)) {
+                let pipeline = self.pipeline(device, part, variant, sums)?;
+                self.pipelines.insert((part, variant, sums), pipeline);
             }
         }
         Ok(())
     }
 
-    /// The steps that sum the crossings of a light's volume with the rays of a view.
+    /// The steps that note the crossings of a light's volume with the rays of a view, and sum those that are not kept.
     pub(crate) fn steps(&self, device: &wgpu::Device, to: &VolumeTarget<'_>) -> Vec<Step> {
         let mut steps = Vec::new();
-        let pixels = u64::from(to.size.0) * u64::from(to.size.1);
-        let fixed = (!self.blends).then(|| {
+        let buffer = |label, size, usage| {
+            let usage = usage | wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
             device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("light volume sums"),
-                size: 12 * pixels,
-                usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
+                label: Some(label),
+                size,
+                usage,
                 mapped_at_creation: false,
             })
-        });
-        steps.extend(fixed.clone().map(Step::Clear));
-        steps.push(Step::Clear(to.kept.clone()));
-        let group = self.group(device, to, fixed.as_ref().unwrap_or(&self.spare[1]));
-        let draws = self.calls(device, to).into_iter().filter_map(|(part, call)| {
-            let pipeline = self.pipelines.get(&(part, to.variant))?.clone();
-            Some(Draw { pipeline, group: group.clone(), call })
-        });
-        let view_of = |texture: &wgpu::Texture| texture.create_view(&wgpu::TextureViewDescriptor::default());
-        let target = match fixed {
-            None => view_of(to.sums),
-            Some(_) => view_of(&unused_target(device, to.size)),
         };
-        steps.push(Step::Draw(DrawPass {
-            label: format!("{}, surface", to.label),
-            target: DrawTarget::Color(target, wgpu::Color::TRANSPARENT),
-            draws: draws.collect(),
-        }));
-        if let Some(fixed) = fixed {
-            let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some("light volume sums"),
-                layout: &self.settle.0,
-                entries: &[
-                    wgpu::BindGroupEntry { binding: 0, resource: fixed.as_entire_binding() },
-                    wgpu::BindGroupEntry {
-                        binding: 1,
-                        resource: wgpu::BindingResource::TextureView(&view_of(to.sums)),
-                    },
-                ],
-            });
-            steps.push(Step::Compute(ComputePass {
-                label: format!("{}, sums", to.label),
-                pipeline: self.settle.1.clone(),
-                groups: vec![group],
-                dispatch: Dispatch::Groups([to.size.0.div_ceil(8), to.size.1.div_ceil(8), 1]),
-            }));
+        let pixels = u64::from(to.size.0) * u64::from(to.size.1);
+        let none = wgpu::BufferUsages::empty();
+        let fixed = (!self.blends).then(|| buffer("light volume sums", 12 * pixels, none));
+        let overflow = buffer("light volume overflow", 16, none);
+        steps.extend(fixed.clone().map(Step::Clear));
+        steps.extend([Step::Clear(to.kept.clone()), Step::Clear(overflow.clone())]);
+        let group = self.group(device, to, fixed.as_ref().unwrap_or(&self.spare[1]), &overflow);
+        let calls = self.calls(device, to);
+        let draws = |calls: Vec<(Part, Call)>, sums: bool| {
+            let draw = |(part, call)| {
+                let pipeline = self.pipelines.get(&(part, to.variant, sums))?.clone();
+                Some(Draw { pipeline, group: group.clone(), call })
+            };
+            calls.into_iter().filter_map(draw).collect()
+        };
+        let pass = |what: &str, target: &wgpu::Texture, draws| {
+            let target = DrawTarget::Color(view_of(target), wgpu::Color::TRANSPARENT);
+            Step::Draw(DrawPass { label: format!("{}, {what}", to.label), target, draws })
+        };
+        let unused = unused_target(device, to.size);
+        let sums = if self.blends { to.sums } else { &unused };
+        if to.mesh.pool() == 0 {
+            steps.push(pass("surface", sums, draws(calls, true)));
+        } else {
+            let (gate, gated) = self.gated(device, to, &calls, &overflow);
+            steps.push(pass("surface", &unused, draws(calls, false)));
+            steps.push(gate);
+            steps.push(pass("surface, sums", sums, draws(gated, true)));
         }
+        steps.extend(fixed.map(|fixed| self.settled(device, to, &fixed)));
         steps
+    }
+
+    /// The step that says how much of a surface is drawn again, and those draws.
+    fn gated(
+        &self,
+        device: &wgpu::Device,
+        to: &VolumeTarget<'_>,
+        calls: &[(Part, Call)],
+        overflow: &wgpu::Buffer,
+    ) -> (Step, Vec<(Part, Call)>) {
+        let arguments = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("light volume arguments"),
+            size: 40,
+            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::INDIRECT,
+            mapped_at_creation: false,
+        });
+        let (columns, rows) = to.map.size();
+        let cells = 6 * columns.saturating_sub(1) * rows.saturating_sub(1);
+        let mut wanted = [[0_u32; 4]; 2];
+        let mut gated = Vec::new();
+        for ((part, call), (wanted, at)) in calls.iter().zip(wanted.iter_mut().zip([0, 20])) {
+            let at = (arguments.clone(), at);
+            let (part, call) = match call {
+                Call::Indexed { indices, .. } => {
+                    *wanted = [0, 1, 1, 0];
+                    (*part, Call::Indexed { indices: indices.clone(), arguments: at })
+                }
+                Call::Tiles { instances, .. } => {
+                    *wanted = [cells, *instances, 0, 0];
+                    (Part::Grid, Call::Indirect(at.0, at.1))
+                }
+                Call::Direct { vertices, instances } => {
+                    *wanted = [*vertices, *instances, 0, 0];
+                    (*part, Call::Indirect(at.0, at.1))
+                }
+                Call::Indirect(..) => continue,
+            };
+            gated.push((part, call));
+        }
+        let uniform = filled_buffer(
+            device,
+            "light volume draws",
+            bytemuck::cast_slice(&wanted),
+            wgpu::BufferUsages::UNIFORM,
+        );
+        let head = to.leaves.map_or(&self.spare[0], |leaves| &leaves.head);
+        let group = bind(
+            device,
+            &self.gate.0,
+            [overflow, head, &arguments, &uniform].map(wgpu::Buffer::as_entire_binding),
+        );
+        let step = Step::Compute(ComputePass {
+            label: format!("{}, gate", to.label),
+            pipeline: self.gate.1.clone(),
+            groups: vec![group],
+            dispatch: Dispatch::Groups([1, 1, 1]),
+        });
+        (step, gated)
+    }
+
+    /// The step that makes numbers of sums in fixed point.
+    fn settled(&self, device: &wgpu::Device, to: &VolumeTarget<'_>, fixed: &wgpu::Buffer) -> Step {
+        let sums = view_of(to.sums);
+        let resources = [fixed.as_entire_binding(), wgpu::BindingResource::TextureView(&sums)];
+        Step::Compute(ComputePass {
+            label: format!("{}, sums", to.label),
+            pipeline: self.settle.1.clone(),
+            groups: vec![bind(device, &self.settle.0, resources)],
+            dispatch: Dispatch::Groups([to.size.0.div_ceil(8), to.size.1.div_ceil(8), 1]),
+        })
     }
 
     /// Which parts of a surface there are, and how many vertices they have.
@@ -280,7 +355,13 @@ impl LightVolumePasses {
         indices
     }
 
-    fn group(&self, device: &wgpu::Device, to: &VolumeTarget<'_>, sums: &wgpu::Buffer) -> wgpu::BindGroup {
+    fn group(
+        &self,
+        device: &wgpu::Device,
+        to: &VolumeTarget<'_>,
+        sums: &wgpu::Buffer,
+        overflow: &wgpu::Buffer,
+    ) -> wgpu::BindGroup {
         let uniform = |label, bytes: &[u8]| filled_buffer(device, label, bytes, wgpu::BufferUsages::UNIFORM);
         let light = uniform("light volume light", bytemuck::bytes_of(to.light));
         let mesh = uniform("light volume frame", bytemuck::bytes_of(&to.mesh));
@@ -305,17 +386,9 @@ impl LightVolumePasses {
             view(to.unshadowed),
             view(to.stand_in),
             to.kept.as_entire_binding(),
+            overflow.as_entire_binding(),
         ];
-        let entries: Vec<_> = resources
-            .into_iter()
-            .zip(0..)
-            .map(|(resource, binding)| wgpu::BindGroupEntry { binding, resource })
-            .collect();
-        device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("light volume"),
-            layout: &self.layout,
-            entries: &entries,
-        })
+        bind(device, &self.layout, resources)
     }
 
     fn pipeline(
@@ -323,6 +396,7 @@ impl LightVolumePasses {
         device: &wgpu::Device,
         part: Part,
         variant: VolumeVariant,
+        sums: bool,
     ) -> Result<wgpu::RenderPipeline, CreateError> {
         let source = shader::assemble(part.file())?;
         let flag = |value: bool| f64::from(u8::from(value));
@@ -331,6 +405,7 @@ impl LightVolumePasses {
             ("ACHROMATIC", flag(variant.achromatic)),
             ("ISOTROPIC", flag(variant.isotropic)),
             ("FIXED", flag(!self.blends)),
+            ("SUMS", flag(sums)),
         ];
         let vertex_constants = [constants[0]];
         let sum = wgpu::BlendComponent {
@@ -338,7 +413,7 @@ impl LightVolumePasses {
             dst_factor: wgpu::BlendFactor::One,
             operation: wgpu::BlendOperation::Add,
         };
-        let target = if self.blends {
+        let target = if self.blends && sums {
             wgpu::ColorTargetState {
                 format: BLENDED,
                 blend: Some(wgpu::BlendState { color: sum, alpha: sum }),
@@ -383,6 +458,28 @@ impl LightVolumePasses {
     }
 }
 
+fn view_of(texture: &wgpu::Texture) -> wgpu::TextureView {
+    texture.create_view(&wgpu::TextureViewDescriptor::default())
+}
+
+/// A group of resources, bound in turn.
+fn bind<const N: usize>(
+    device: &wgpu::Device,
+    layout: &wgpu::BindGroupLayout,
+    resources: [wgpu::BindingResource<'_>; N],
+) -> wgpu::BindGroup {
+    let entries: Vec<_> = resources
+        .into_iter()
+        .zip(0..)
+        .map(|(resource, binding)| wgpu::BindGroupEntry { binding, resource })
+        .collect();
+    device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some("light volume"),
+        layout,
+        entries: &entries,
+    })
+}
+
 /// First index of each tile of an indexed grid.
 fn tile_firsts(size: (u32, u32)) -> Vec<i32> {
     let tiles = |nodes: u32| (0..nodes - 1).step_by(GRID_TILE as usize);
@@ -404,17 +501,19 @@ fn unused_target(device: &wgpu::Device, size: (u32, u32)) -> wgpu::Texture {
     })
 }
 
-/// How many crossings of each pixel of a view can be kept, of the number that is wanted.
+/// Crossings of a view for which there is room, where `wanted` of each pixel are wanted on average.
 pub(crate) fn fitting(device: &wgpu::Device, size: (u32, u32), wanted: u32) -> u32 {
     let limits = device.limits();
     let most = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
-    let words = most / (4 * u64::from(size.0.max(1)) * u64::from(size.1.max(1)));
-    u64::from(wanted).min(words.max(1) - 1) as u32
+    let pixels = u64::from(size.0) * u64::from(size.1);
+    let fit = (most / 8).saturating_sub(pixels + 1);
+    (pixels * u64::from(wanted)).min(fit).min(1 << 30) as u32
 }
 
 /// Memory of the crossings of a view; units: bytes.
 pub(crate) fn kept_bytes(device: &wgpu::Device, size: (u32, u32), wanted: u32) -> u64 {
-    4 * u64::from(size.0) * u64::from(size.1) * u64::from(fitting(device, size, wanted) + 1)
+    let pixels = u64::from(size.0) * u64::from(size.1);
+    8 + 8 * (pixels + u64::from(fitting(device, size, wanted)))
 }
 
 /// A texture for the sums of a view.

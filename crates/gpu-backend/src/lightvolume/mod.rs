@@ -17,11 +17,8 @@ pub(crate) use tessellation::{Leaves, Settings, TessellationPasses};
 /// Most leaves of a tessellation unless told otherwise: 46 MB.
 pub const DEFAULT_MOST_LEAVES: u32 = 1 << 20;
 
-/// Crossings of a pixel that are kept where that pays.
+/// Crossings of a pixel, on average, for which there is room unless told otherwise.
 pub(crate) const USUALLY_KEPT: u32 = 6;
-
-/// Most crossings of a pixel that can be kept: `MOST_KEPT` of the shaders.
-pub(crate) const MOST_KEPT: u32 = 16;
 
 /// How the surface of a light volume is divided into triangles.
 #[derive(Debug, Clone, Copy, PartialEq)]
