@@ -3,6 +3,9 @@
 
 #import tessellation
 
+// a constant, since some drivers execute both sides of every branch
+override CRITERION: u32 = 1u;
+
 // What is known of the cells under a quad: the error so far, or the greatest Laplacian (m); and the least height.
 alias Judged = vec2f;
 
@@ -81,7 +84,7 @@ fn distance_of_quad(face: u32, level: u32, quad: vec2u, below: Judged) -> Verdic
 
 // Judges a quad of level 1 or more; `below` is the greatest and the least of its children's.
 fn judge(face: u32, level: u32, quad: vec2u, below: Judged) -> Verdict {
-    if tree.criterion == LAPLACIAN {
+    if CRITERION == LAPLACIAN {
         var most = below.x;
         if level == 1u {
             most = laplacian_of(face, quad);

@@ -15,7 +15,7 @@ struct Tree {
     face_words: u32,     // words of all levels of a face
     threshold: f32,      // units: m
     far: f32,            // depth that counts as infinite; units: m
-    criterion: u32,      // LAPLACIAN or DISTANCE
+    _pad2: u32,
     flat: u32,           // 1 for an orthographic map
     seams: u32,          // 1 where the borders are cells, as a cube's are
     most_leaves: u32,    // of a face

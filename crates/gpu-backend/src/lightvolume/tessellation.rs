@@ -38,7 +38,7 @@ struct Tree {
     face_words: u32,
     threshold: f32,
     far: f32,
-    criterion: u32,
+    _pad2: u32,
     flat: u32,
     seams: u32,
     most_leaves: u32,
@@ -67,7 +67,7 @@ impl Tree {
             face_words: words.max(1),
             threshold: settings.threshold,
             far: settings.far,
-            criterion: u32::from(settings.criterion == Criterion::Distance),
+            _pad2: 0,
             flat: u32::from(kind == ProjectionKind::Orthographic),
             seams: u32::from(kind == ProjectionKind::Cube),
             most_leaves: settings.most_leaves / faces,
@@ -245,25 +245,32 @@ impl Leaves {
 /// The pipelines that tessellate a map.
 #[derive(Debug)]
 pub(crate) struct TessellationPasses {
-    criterion: (wgpu::BindGroupLayout, wgpu::ComputePipeline),
-    hierarchy: (wgpu::BindGroupLayout, wgpu::ComputePipeline),
+    /// By Laplacian, by distance.
+    criterion: [(wgpu::BindGroupLayout, wgpu::ComputePipeline); 2],
+    hierarchy: [(wgpu::BindGroupLayout, wgpu::ComputePipeline); 2],
     leaves: (wgpu::BindGroupLayout, wgpu::ComputePipeline),
 }
 
 impl TessellationPasses {
     pub(crate) fn new(device: &wgpu::Device) -> Result<Self, CreateError> {
-        let pass = |name: &'static str, entries: &[wgpu::BindGroupLayoutEntry]| {
+        let pass = |name: &'static str, entries: &[wgpu::BindGroupLayoutEntry], constants: &[(&str, f64)]| {
             let layout = device
                 .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(name), entries });
-            let pipeline = compute_pipeline(device, name, &[&layout], &[])?;
+            let pipeline = compute_pipeline(device, name, &[&layout], constants)?;
             Ok::<_, CreateError>((layout, pipeline))
         };
         let map = texture(1, wgpu::TextureViewDimension::D2Array);
         let (w2, w3, w4) = (storage_written(2), storage_written(3), storage_written(4));
+        let criterion =
+            |of: f64| pass("lightvolume/criterion", &[uniform(0), map, w2, w3], &[("CRITERION", of)]);
+        let hierarchy = |of: f64| {
+            let entries = [uniform(0), map, w2, w3, w4, storage_written(5)];
+            pass("lightvolume/hierarchy", &entries, &[("CRITERION", of)])
+        };
         Ok(Self {
-            criterion: pass("lightvolume/criterion", &[uniform(0), map, w2, w3])?,
-            hierarchy: pass("lightvolume/hierarchy", &[uniform(0), map, w2, w3, w4, storage_written(5)])?,
-            leaves: pass("lightvolume/leaves", &[uniform(0), storage(1), w2, w3, w4])?,
+            criterion: [criterion(0.0)?, criterion(1.0)?],
+            hierarchy: [hierarchy(0.0)?, hierarchy(1.0)?],
+            leaves: pass("lightvolume/leaves", &[uniform(0), storage(1), w2, w3, w4], &[])?,
         })
     }
 
@@ -300,6 +307,7 @@ impl TessellationPasses {
                 dispatch: Dispatch::Groups(groups),
             })
         };
+        let by = usize::from(to.settings.criterion == Criterion::Distance);
         let tiles = to.tree.last.map(|last| last.max(1).div_ceil(TILE));
         let [x, y, _] = crate::volume::spread(to.tree.face_words.div_ceil(64));
         vec![
@@ -307,13 +315,13 @@ impl TessellationPasses {
             Step::Clear(to.marks.clone()),
             pass(
                 "tessellation, criterion",
-                &self.criterion,
+                &self.criterion[by],
                 &[&tree, &heights, &marks, &coarse],
                 [tiles[0], tiles[1], to.faces],
             ),
             pass(
                 "tessellation, hierarchy",
-                &self.hierarchy,
+                &self.hierarchy[by],
                 &[&tree, &heights, &marks, &coarse, &splits, &head],
                 [1, 1, to.faces],
             ),
@@ -336,7 +344,7 @@ mod tests {
     fn the_shader_reads_what_rust_writes() {
         let (fields, span) = wgsl_struct("lightvolume/leaves", "Tree");
         assert_eq!(span as usize, size_of::<Tree>());
-        let ours = offsets!(Tree: last, top, face_words, threshold, far, criterion, flat, seams, most_leaves, _pad0,
+        let ours = offsets!(Tree: last, top, face_words, threshold, far, _pad2, flat, seams, most_leaves, _pad0,
             _pad1, starts);
         assert_eq!(fields, ours);
         let (fields, span) = wgsl_struct("lightvolume/leaves", "Head");
