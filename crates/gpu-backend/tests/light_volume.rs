@@ -3,11 +3,15 @@
 
 mod common;
 
-use common::{Stage, compare, fog, gpu, gpus, upload};
+use common::{Stage, compare, fog, gpu, gpus, render, upload};
 use glam::Vec3;
-use gpu_backend::{Criterion, DEFAULT_MOST_LEAVES, Fog, LightMesh, Technique, Tessellation};
+use gpu_backend::{
+    Criterion, DEFAULT_MOST_LEAVES, Fog, Frame, Lamp, LightMesh, SceneDepth, ShadowMap, Shadows, Technique,
+    Tessellation, View,
+};
 use lightvolume::{LightVolume, LightVolumes, Options};
-use scene::{Camera, Light};
+use media_math::PhaseFunction;
+use scene::{AirlightModel, Camera, Light, Medium};
 use shadowmap::MapSurface;
 
 fn volume(tessellation: Tessellation, kept: Option<u32>) -> Technique {
@@ -232,6 +236,115 @@ fn cameras_in_awkward_places_see_no_holes() {
                     println!("{} {place} {kept:?}: {error:.1e}, {missed} pixels off", kind(&light));
                     assert!(missed == 0 && error < 1e-2, "{} {place}: {error:.1e}, {missed}", kind(&light));
                 }
+            }
+        }
+    }
+}
+
+#[test]
+fn lights_add_up_in_a_coloured_medium_that_scatters_forwards() {
+    for gpu in gpus() {
+        let mut fog = fog(&gpu);
+        let mut stage = Stage::procedural("hall", (48, 48), 0.3);
+        let medium = Medium::homogeneous([0.02, 0.03, 0.05], [0.01, 0.0, 0.02]).unwrap();
+        let phase = PhaseFunction::henyey_greenstein(0.6).unwrap();
+        stage.medium = Medium { phase, ..medium };
+        let lights = stage.lights();
+        let maps: Vec<_> = lights.iter().map(|light| stage.map(light, 100, MapSurface::Linear)).collect();
+        let uploaded: Vec<_> = maps.iter().map(|map| upload(&gpu, map.as_ref().unwrap())).collect();
+        let casters = stage.bvh.bounds();
+        let lamps: Vec<Lamp<'_>> = lights
+            .iter()
+            .zip(&uploaded)
+            .map(|(light, map)| Lamp { light, shadows: Some(Shadows::Map { map, casters }), volume: None })
+            .collect();
+        let ends = stage.ends_f32();
+        let view = View {
+            camera: &stage.camera,
+            size: stage.size,
+            depth: SceneDepth::Distances(&ends),
+            max_distance: f64::INFINITY,
+        };
+        let parts: Vec<_> = lights
+            .iter()
+            .zip(&maps)
+            .map(|(light, map)| stage.traversed(light, map, MapSurface::Linear))
+            .collect();
+        let wanted: Vec<[f32; 3]> =
+            (0..ends.len()).map(|i| [0, 1, 2].map(|c| parts.iter().map(|part| part[i][c]).sum())).collect();
+        for kept in [Some(0), None] {
+            let frame = Frame {
+                views: &[view],
+                medium: &stage.medium,
+                lamps: &lamps,
+                model: AirlightModel::Sun,
+                technique: adaptive(1e-3, kept),
+                scattering_scale: 1,
+                anew_at_edges: false,
+            };
+            let (error, p99) = compare(&render(&gpu, &mut fog, &frame), &wanted);
+            println!("{kept:?}: {error:.1e} {p99:.1e}");
+            assert!(error <= 1e-4, "{kept:?}: {error:.1e}");
+            // for blocks of pixels it is the same filter as for any technique
+            let coarse = Frame { scattering_scale: 2, ..frame };
+            let (error, _) = compare(&render(&gpu, &mut fog, &coarse), &wanted);
+            assert!(error <= 0.05, "blocks: {error:.1e}");
+        }
+    }
+}
+
+#[test]
+fn what_a_light_volume_cannot_take_is_named() {
+    let Some(gpu) = gpu() else { return };
+    let mut fog = fog(&gpu);
+    let stage = Stage::procedural("sphere", (8, 8), 0.3);
+    let light = &stage.lights()[1];
+    let map = stage.map(light, 16, MapSurface::Linear).unwrap();
+    let mut refused = |map: &ShadowMap, tessellation| {
+        let casters = stage.bvh.bounds();
+        let lamps = [Lamp { light, shadows: Some(Shadows::Map { map, casters }), volume: None }];
+        let view = View {
+            camera: &stage.camera,
+            size: stage.size,
+            depth: SceneDepth::Nothing,
+            max_distance: f64::INFINITY,
+        };
+        let frame = Frame {
+            views: &[view],
+            medium: &stage.medium,
+            lamps: &lamps,
+            model: AirlightModel::Sun,
+            technique: volume(tessellation, None),
+            scattering_scale: 1,
+            anew_at_edges: false,
+        };
+        fog.prepare(&gpu.device, &gpu.queue, &frame).err().map(|error| error.to_string())
+    };
+    let uploaded = upload(&gpu, &map);
+    assert_eq!(refused(&uploaded, Tessellation::IndexedGrid), None);
+    assert!(refused(&uploaded, Tessellation::Mesh).unwrap().contains("ShadowMap::with_mesh"));
+    let lit = uploaded.clone().with_outside(shadowmap::Outside::Lit);
+    assert!(refused(&lit, Tessellation::Grid).unwrap().contains("light-volume"));
+    let other = stage.map(light, 17, MapSurface::Linear).unwrap();
+    let mesh = LightVolume::build(&other, &Options::default()).unwrap();
+    let wrong = uploaded.with_mesh(LightMesh::upload(&gpu.device, &mesh).unwrap());
+    assert!(refused(&wrong, Tessellation::Mesh).unwrap().contains("of its size"));
+}
+
+#[test]
+fn maps_of_a_few_texels_are_fine() {
+    let Some(gpu) = gpu() else { return };
+    let mut fog = fog(&gpu);
+    let stage = Stage::procedural("sphere", (32, 32), 0.3);
+    for light in stage.lights() {
+        for side in [2, 3, 5] {
+            let map = stage.map(&light, side, MapSurface::Linear);
+            let uploaded = upload(&gpu, map.as_ref().unwrap());
+            let wanted = stage.traversed(&light, &map, MapSurface::Linear);
+            for tessellation in [Tessellation::Grid, Tessellation::IndexedGrid, Tessellation::default()] {
+                let got = stage.on_gpu(&gpu, &mut fog, &light, Some(&uploaded), volume(tessellation, None));
+                let (error, _) = compare(&got, &wanted);
+                assert!(error <= 1e-3, "{} {side} {tessellation:?}: {error:.1e}", kind(&light));
             }
         }
     }

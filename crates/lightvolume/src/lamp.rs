@@ -1,8 +1,8 @@
 //! One light as one ray sees it: the airlight of a piece, by the integrals of `media-math`.
 
 use media_math::{
-    Foot, HomogeneousMedium, PhaseFunction, Real, Spectrum, airlight, airlight_anisotropic,
-    directional_airlight,
+    Foot, HomogeneousMedium, PhaseFunction, Real, Spectrum, airlight, directional_airlight,
+    inverse_square_integral,
 };
 use scene::{DRay, Interval, Light, Medium, SpotLight};
 
@@ -31,6 +31,11 @@ impl<T: Real> Haze<T> {
             phase_f64,
         }
     }
+
+    /// e^(−σ_t x) for a way of `x` metres.
+    fn transmittance(&self, x: f64) -> [T; 3] {
+        self.medium.sigma_t().map(|sigma_t| T::lit((-sigma_t.widen() * x).exp()))
+    }
 }
 
 fn narrow<T: Real>(lobe: media_math::Lobe<f64>) -> media_math::Lobe<T> {
@@ -43,27 +48,36 @@ fn narrow<T: Real>(lobe: media_math::Lobe<f64>) -> media_math::Lobe<T> {
     }
 }
 
-/// A light relative to a view ray.
+/// A light relative to a view ray, from the near end of a span on.
+///
+/// Distances are counted from there: a spot's cone may be a sliver far from the eye, whose length the rounding of
+/// distances from the eye would change.
 #[derive(Debug)]
 pub(crate) struct Lamp<'a, T> {
     haze: &'a Haze<T>,
     light: &'a Light,
+    /// From the near end on.
     ray: DRay,
-    foot: Foot<T>,
+    /// Distance of the near end from the eye; units: m.
+    near: f64,
+    /// Square root of what the medium leaves of light from there: representable long after the whole is not.
+    half: [T; 3],
+    foot: Foot<f64>,
     /// Phase value of a directional light.
     sun_phase: T,
 }
 
 impl<'a, T: Real> Lamp<'a, T> {
-    pub(crate) fn new(haze: &'a Haze<T>, light: &'a Light, ray: &DRay) -> Self {
-        let (mut foot, mut sun_phase) = (Foot { x_foot: T::zero(), h: T::one() }, T::zero());
+    /// For pieces of `ray` no nearer than `near` metres.
+    pub(crate) fn new(haze: &'a Haze<T>, light: &'a Light, ray: &DRay, near: f64) -> Self {
+        let ray = DRay { origin: ray.at(near), direction: ray.direction };
+        let (mut foot, mut sun_phase) = (Foot { x_foot: 0.0, h: 1.0 }, T::zero());
         match light {
             Light::Point(scene::PointLight { position, .. }) | Light::Spot(SpotLight { position, .. }) => {
                 let to = position.as_dvec3() - ray.origin;
-                let near = Foot::new(to.to_array(), ray.direction.to_array());
+                foot = Foot::new(to.to_array(), ray.direction.to_array());
                 // a ray through the light itself has infinite airlight: move it aside by a rounding
-                let least = (1e-12 * to.length()).max(1e-12);
-                foot = Foot { x_foot: T::lit(near.x_foot), h: T::lit(near.h.max(least)) };
+                foot.h = foot.h.max(1e-12 * to.length()).max(1e-12);
             }
             Light::Directional(light) => {
                 let to_light = -light.direction.as_dvec3().normalize();
@@ -71,46 +85,75 @@ impl<'a, T: Real> Lamp<'a, T> {
                 sun_phase = T::lit(phase);
             }
         }
-        Self { haze, light, ray: *ray, foot, sun_phase }
+        Self { haze, light, ray, near, half: haze.transmittance(0.5 * near), foot, sun_phase }
     }
 
-    /// Airlight of a fully lit piece, which for a spot lies inside its cone; units: W/(m²·sr).
+    /// Airlight of a fully lit piece, which for a spot lies inside its cone; distances from the eye.
+    /// Units: W/(m²·sr).
     pub(crate) fn airlight(&self, start: f64, end: f64) -> [T; 3] {
         if !(end > start) {
             return [T::zero(); 3];
         }
-        let (x0, x1) = (T::lit(start), T::lit(end));
-        let colour = |value: glam::Vec3| value.to_array().map(|value| T::lit(f64::from(value)));
-        match self.light {
-            Light::Point(light) => self.of_point(colour(light.intensity), x0, x1),
-            Light::Spot(light) => self.of_spot(light, colour(light.intensity), Interval::new(start, end)),
+        let piece = Interval::new(start - self.near, end - self.near);
+        let airlight = match self.light {
+            Light::Point(light) => self.of_point(colour(light.intensity), piece),
+            Light::Spot(light) => self.of_spot(light, piece),
             Light::Directional(light) => {
+                let (x0, x1) = (T::lit(piece.start), T::lit(piece.end));
                 directional_airlight(&self.haze.medium, self.sun_phase, colour(light.irradiance), x0, x1)
             }
-        }
+        };
+        airlight.times(self.half).times(self.half)
     }
 
-    fn of_point(&self, intensity: [T; 3], x0: T, x1: T) -> [T; 3] {
-        airlight(&self.haze.medium, &self.haze.phase, intensity, &self.foot, x0, x1)
+    /// The foot in the precision of the sum.
+    fn narrow_foot(&self) -> Foot<T> {
+        Foot { x_foot: T::lit(self.foot.x_foot), h: T::lit(self.foot.h) }
+    }
+
+    fn of_point(&self, intensity: [T; 3], piece: Interval) -> [T; 3] {
+        let Haze { medium, phase, .. } = self.haze;
+        airlight(medium, phase, intensity, &self.narrow_foot(), T::lit(piece.start), T::lit(piece.end))
     }
 
     /// Of constant intensity inside the inner cone, by quadrature of the falloff outside.
-    fn of_spot(&self, light: &SpotLight, intensity: [T; 3], piece: Interval) -> [T; 3] {
+    fn of_spot(&self, light: &SpotLight, piece: Interval) -> [T; 3] {
         let inner = light.clip_within(&self.ray, piece, f64::from(light.inner));
-        let falloff = |start: f64, end: f64| {
-            if !(end > start) {
-                return [T::zero(); 3];
-            }
-            let (medium, phase) = (&self.haze.medium, &self.haze.phase);
-            airlight_anisotropic(medium, phase, &self.foot, T::lit(start), T::lit(end), |x, _| {
-                let towards = self.ray.at(x.widen()) - light.position.as_dvec3();
-                light.intensity_towards(towards).to_array().map(T::lit)
-            })
-        };
         if inner.is_empty() {
-            return falloff(piece.start, piece.end);
+            return self.of_falloff(light, piece);
         }
-        let middle = self.of_point(intensity, T::lit(inner.start), T::lit(inner.end));
-        falloff(piece.start, inner.start).plus(middle).plus(falloff(inner.end, piece.end))
+        let middle = self.of_point(colour(light.intensity), inner);
+        let before = self.of_falloff(light, Interval::new(piece.start, inner.start));
+        before.plus(middle).plus(self.of_falloff(light, Interval::new(inner.end, piece.end)))
     }
+
+    /// Where a spot fades towards the edge of its cone.
+    ///
+    /// There a node's distance from the edge is all that counts. So it is taken from how much longer the light's way has
+    /// become since the piece's start, Δx = ΔR/2 (1 + h²/(R R₀)), which keeps its digits where the distance from the foot
+    /// loses them.
+    fn of_falloff(&self, light: &SpotLight, piece: Interval) -> [T; 3] {
+        if piece.is_empty() {
+            return [T::zero(); 3];
+        }
+        let Haze { medium, phase, .. } = self.haze;
+        let (sigma_t, h, from_foot) = (medium.sigma_t(), self.foot.h, piece.start - self.foot.x_foot);
+        let to_light = from_foot.hypot(h);
+        let r0 = if from_foot < 0.0 { h * (h / (to_light - from_foot)) } else { to_light + from_foot };
+        let (x0, x1) = (T::lit(piece.start), T::lit(piece.end));
+        let sum: [T; 3] =
+            inverse_square_integral(phase, &self.narrow_foot(), x0, x1, sigma_t.min_channel(), |node| {
+                let excess = node.path_excess.widen();
+                let x = piece.start + 0.5 * excess * (1.0 + (h / (r0 + excess)) * (h / r0));
+                let towards = self.ray.at(x.min(piece.end)) - light.position.as_dvec3();
+                let intensity = light.intensity_towards(towards).to_array().map(T::lit);
+                intensity.times(sigma_t.map(|sigma_t| (-sigma_t * node.path_excess).exp()))
+            });
+        let half = self.haze.transmittance(0.5 * (piece.start + to_light));
+        medium.sigma_s().times(half).times(sum.times(half))
+    }
+}
+
+fn colour<T: Real>(value: glam::Vec3) -> [T; 3] {
+    value.to_array().map(|value| T::lit(f64::from(value)))
 }

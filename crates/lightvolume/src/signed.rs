@@ -86,7 +86,7 @@ impl<'a, T: Real> SignedAirlight<'a, T> {
         if span.is_empty() {
             return;
         }
-        let lamp = Lamp::new(&self.haze, &self.volumes.lights()[id.0], ray);
+        let lamp = Lamp::new(&self.haze, &self.volumes.lights()[id.0], ray, span.start);
         let mut add = |sign: T, term: [T; 3]| {
             sums.iter_mut().zip(term).for_each(|(sum, term)| sum.add(sign * term));
         };

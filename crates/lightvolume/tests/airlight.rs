@@ -132,10 +132,8 @@ fn the_signed_sum_is_the_integral_over_lit_pieces() {
             }
         }
         println!("{:?}: {worst:?}", lights[0]);
-        // at the cone's edge, where a spot's light fades to nothing, f32 distances are coarse
-        let most = if matches!(lights[0], Light::Spot(_)) { 5e-5 } else { 2e-5 };
         for [f64, f32] in worst {
-            assert!(f64 < 1e-10 && f32 < most && f32 > 1e-8, "{f64:e} {f32:e}");
+            assert!(f64 < 1e-10 && f32 < 2e-5 && f32 > 1e-8, "{f64:e} {f32:e}");
         }
     }
 }
