@@ -349,3 +349,31 @@ fn maps_of_a_few_texels_are_fine() {
         }
     }
 }
+
+#[test]
+fn little_is_clamped_and_only_where_terms_are_summed() {
+    for gpu in gpus() {
+        let mut fog = fog(&gpu);
+        let stage = Stage::procedural("hall", (96, 96), 0.3);
+        for light in stage.lights() {
+            let map = stage.map(&light, 128, MapSurface::Linear);
+            let uploaded = upload(&gpu, map.as_ref().unwrap());
+            let open = stage.traversed(&light, &None, MapSurface::Linear);
+            for kept in [Some(0), None] {
+                stage.on_gpu(
+                    &gpu,
+                    &mut fog,
+                    &light,
+                    Some(&uploaded),
+                    volume(Tessellation::IndexedGrid, kept),
+                );
+                let clamped = fog.read_clamped(&gpu.device, &gpu.queue, 0).unwrap();
+                let count = clamped.iter().filter(|&&amount| amount > 0.0).count();
+                let share = |(&amount, whole): (&f32, &[f32; 3])| amount / whole[0].max(1e-20);
+                let most = clamped.iter().zip(&open).map(share).fold(0.0_f32, f32::max);
+                println!("{} {kept:?}: {count} pixels, {most:.1e} of the unshadowed at most", kind(&light));
+                assert!(most <= 2e-5 && (kept.is_some() || count == 0), "{} {kept:?}", kind(&light));
+            }
+        }
+    }
+}

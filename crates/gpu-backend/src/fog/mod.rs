@@ -34,7 +34,7 @@ use crate::checked::{created, prepared};
 use crate::lightvolume::{Leaves, LightVolumePasses};
 use crate::map::{HostConverter, Pyramid, PyramidBuilder};
 use crate::pass::{Step, compute_pipeline, encode_all};
-use crate::read_radiance::read_radiance;
+use crate::read_radiance::{read_radiance, read_texels};
 use crate::timing::PassTimer;
 use crate::volume::{Key, ShadowVolume, VolumePasses, key_of};
 use crate::{CreateError, FrameStats, PassTime, PrepareError, ReadError, ShadowMap};
@@ -313,6 +313,23 @@ impl Fog {
     ) -> Result<Vec<[f32; 3]>, ReadError> {
         let texture = self.airlight(view).ok_or(ReadError::Nothing("such view"))?;
         read_radiance(device, queue, texture, "the airlight")
+    }
+
+    /// What was taken away from the negative sums of light volumes in each pixel, row-major, once the frame's commands are
+    /// submitted: 0 in most; units: W/(m²·sr). Submits a copy and waits for it. Of frames by
+    /// [`Technique::LightVolume`] for every pixel; others leave something else there.
+    ///
+    /// # Errors
+    /// As [`Fog::read_airlight`].
+    pub fn read_clamped(
+        &self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        view: usize,
+    ) -> Result<Vec<f32>, ReadError> {
+        let texture = self.airlight(view).ok_or(ReadError::Nothing("such view"))?;
+        let texels = read_texels(device, queue, texture, "what was clamped")?;
+        Ok(texels.into_iter().map(|texel| texel[3]).collect())
     }
 
     /// Makes what the light volumes of a frame are drawn with, and says how their sums come.
