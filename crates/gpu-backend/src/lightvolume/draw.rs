@@ -1,5 +1,5 @@
-//! The draw of a light volume's surface into sums of signed airlight. Twin of `shaders/lightvolume/{grid,leaf_surface,
-//! walls,seams,settle}.wgsl`.
+//! The draws of a light volume's surface: one that notes the crossings of view rays, and one that sums the terms of those for
+//! which there was no room. Twin of `shaders/lightvolume/{grid,indexed_grid,leaf_surface,mesh,walls,seams,gate,settle}.wgsl`.
 
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
@@ -80,7 +80,7 @@ pub(crate) struct VolumeTarget<'a> {
     pub(crate) stand_in: &'a wgpu::TextureView,
     /// What the sums are left in, rgba32float.
     pub(crate) sums: &'a wgpu::Texture,
-    /// What crossings are kept in.
+    /// What crossings are noted in.
     pub(crate) kept: &'a wgpu::Buffer,
     pub(crate) label: &'a str,
 }

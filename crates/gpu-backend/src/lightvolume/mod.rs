@@ -1,5 +1,5 @@
-//! Light volumes on the GPU: the surface that is extruded from a light's map, tessellated in compute, and drawn into sums
-//! of signed airlight (Billeter, Sintorn and Assarsson 2010).
+//! Light volumes on the GPU: the surface that is extruded from a light's map, tessellated in compute, and drawn to find where
+//! view rays enter and leave the light (Billeter, Sintorn and Assarsson 2010).
 //!
 //! A light that stands still keeps its tessellation. Twins of `shaders/lightvolume/`; the same on the CPU is in
 //! `lightvolume`.

@@ -25,9 +25,9 @@ const HEAD: [u32; 8] = [0, 1, 0, 0, 0, 0, 0, 0];
 /// Where the arguments of the indexed draw begin; units: bytes.
 pub(super) const DRAW_AT: u64 = 0;
 
-/// Indices of a leaf, at most on average: two triangles, as many edges with a finer neighbour as there are leaves, and as
-/// many walls.
-const INDICES_PER_LEAF: u64 = 12;
+/// Indices of a leaf, at most on average: two triangles, and as many more as edges have a finer neighbour, which are no more
+/// than leaves, since each of those edges has two leaves on its other side, and each leaf two edges to other parents.
+const INDICES_PER_LEAF: u64 = 9;
 
 /// `Tree` of the shaders.
 #[repr(C)]
