@@ -233,7 +233,9 @@ fn pictures_by_extension() {
 #[test]
 fn without_triangles_everything_is_lit() {
     let desk = Desk::default();
-    for technique in ["exact", "brute-force", "exact-shadow-map", "brute-force --visibility map"] {
+    for technique in
+        ["exact", "brute-force", "exact-shadow-map", "brute-force --visibility map", "light-volume"]
+    {
         let base = format!("render procedural:empty --size 9x9 --technique {technique}");
         // the largest map there is costs nothing where nothing is drawn into it
         desk.done(&format!("{base} --shadow-map 16384 -o out/shadowed.npy --json out/a.json"));
@@ -247,6 +249,54 @@ fn without_triangles_everything_is_lit() {
     let (a, b) = (read_npy(&desk.path("out/a.npy")).0, read_npy(&desk.path("out/lit.npy")).0);
     assert!(a.as_flattened().iter().zip(b.as_flattened()).all(|(a, b)| a <= b), "a shadow adds light");
     assert_ne!(a, b, "--unshadowed changes nothing");
+}
+
+#[test]
+fn pictures_by_light_volumes() {
+    let desk = Desk::default();
+    let base = "render procedural:slats --size 24x18 --airlight-only --shadow-map 128 --json out/a.json";
+    for (light, flag) in [
+        ("point", ""),
+        ("spot", "--spot-light -0.4,2.6,-2:0.2,0.9,1:20:29:20"),
+        ("directional", "--directional-light 0.2,-0.6,1:3"),
+    ] {
+        let mut triangles = Vec::new();
+        // Delaunay triangles keep to the nodes alone: where a cell lies across an edge, either diagonal is right
+        for (tessellation, most) in
+            [("static", 1e-6), ("adaptive:1e-5", 1e-3), ("adaptive", 0.1), ("delaunay:1e-3", 0.1)]
+        {
+            if light == "point" && tessellation.starts_with("delaunay") {
+                continue;
+            }
+            let ended = desk.done(&format!(
+                "{base} -o out/a.npy {flag} --technique light-volume --tessellation {tessellation} --map-surface linear --against exact-shadow-map"
+            ));
+            assert!(ended.said().is_empty(), "{}", ended.stderr);
+            let error = json_of(&ended.stdout)["shadow_err"].as_f64().unwrap_or(f64::NAN);
+            assert!(error < most, "{light}, {tessellation}: {error}");
+            let said = json_of(&std::fs::read_to_string(desk.path("out/a.json")).unwrap());
+            triangles.push(said["mesh_triangles"].as_u64().unwrap_or(0));
+            assert_eq!(said["shadow_map"]["surface"], "linear", "{said}");
+        }
+        // none is finer than the one before, but for the last
+        println!("{light}: {triangles:?}");
+        assert!(
+            triangles[0] > triangles[1] && triangles[1] >= triangles[2] && triangles[2] > 0,
+            "{triangles:?}"
+        );
+    }
+    // the linear meaning is the only one
+    desk.done(&format!("{base} -o out/b.npy --technique light-volume"));
+    desk.done(&format!("{base} -o out/a.npy --technique light-volume --map-surface linear"));
+    assert_eq!(read_npy(&desk.path("out/a.npy")).0, read_npy(&desk.path("out/b.npy")).0);
+    let ended =
+        desk.done(&format!("{base} -o out/b.npy --technique light-volume --map-surface step --samples 3"));
+    assert_eq!(ended.said().len(), 2, "{}", ended.stderr);
+    assert_eq!(read_npy(&desk.path("out/a.npy")).0, read_npy(&desk.path("out/b.npy")).0);
+    // nothing casts a shadow: no mesh
+    desk.done(&format!("{base} -o out/a.npy --technique light-volume --unshadowed"));
+    let said = json_of(&std::fs::read_to_string(desk.path("out/a.json")).unwrap());
+    assert!(said["shadow_map"].is_null() && said["mesh_triangles"] == 0, "{said}");
 }
 
 /// What the last render says of its shadow map.

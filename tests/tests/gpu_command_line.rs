@@ -67,6 +67,39 @@ fn the_hybrids_pictures_are_those_of_the_cpu() {
     }
 }
 
+/// Leaves next to the threshold may be split on one and not on the other, where they matter as little as the threshold.
+#[test]
+fn light_volumes_are_those_of_the_cpu() {
+    let Some(desk) = desk() else { return };
+    let spot = "--spot-light 0,3,0.5:0,0,0:30:40:80";
+    for technique in [
+        "--tessellation static".to_owned(),
+        format!("--tessellation static {spot} --phase hg:0.5"),
+        "--tessellation adaptive:0.001".to_owned(),
+        format!("--tessellation adaptive {spot}"),
+        "--tessellation adaptive --directional-light 0.2,-0.6,1:3".to_owned(),
+        format!("--tessellation delaunay:0.005 {spot}"),
+    ] {
+        let mut triangles = Vec::new();
+        for backend in ["gpu", "cpu"] {
+            desk.done(&format!(
+                "render {SCENE} -o out/{backend}.npy --airlight-only --backend {backend} --technique light-volume {technique} --json out/a.json"
+            ));
+            let said: Value =
+                serde_json::from_str(&std::fs::read_to_string(desk.path("out/a.json")).unwrap()).unwrap();
+            triangles.push(said["mesh_triangles"].as_u64().unwrap());
+        }
+        let found: Value =
+            serde_json::from_str(&desk.done("compare out/gpu.npy out/cpu.npy").stdout).unwrap();
+        let rmse = found["rel_rmse"].as_f64().unwrap();
+        println!("{technique}: {rmse:.1e}, triangles {triangles:?}");
+        assert!(rmse < 1e-3, "{technique}: {found}");
+        let [gpu, cpu] = triangles[..] else { panic!("{triangles:?}") };
+        // under a sun the GPU closes the volume by fewer
+        assert!(gpu > 0 && gpu.abs_diff(cpu) * 20 <= cpu, "{technique}: {triangles:?}");
+    }
+}
+
 #[test]
 fn what_ran_is_said() {
     let Some(desk) = desk() else { return };
@@ -108,6 +141,11 @@ fn what_the_gpu_lacks_is_refused_there_and_done_elsewhere() {
         desk.misrefused(
             &format!("render {SCENE} -o out/x.npy --backend gpu --technique hybrid --samples 9000"),
             "8192",
+        ),
+        desk.misrefused(
+            // a cube has no Delaunay triangles
+            &format!("render {SCENE} -o out/x.npy --backend gpu --technique light-volume --tessellation delaunay"),
+            "--tessellation",
         ),
         desk.misrefused(
             // shadow rays have no use for the scene's --shadow-map, which is not said before

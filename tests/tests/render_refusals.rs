@@ -50,6 +50,22 @@ fn flags_of_render() {
         ("--exposure", vec!["nan", "inf", "bright"]),
         ("--scattering-scale", vec!["3", "0"]),
         ("--against", vec!["nonsense"]),
+        (
+            "--tessellation",
+            vec![
+                "nonsense",
+                "Static",
+                "static:1",
+                "adaptive:0",
+                "adaptive:-1",
+                "adaptive:nan",
+                "adaptive:inf",
+                "adaptive:",
+                "adaptive:1:2",
+                "delaunay:0",
+                "delaunay:fine",
+            ],
+        ),
         ("--json", vec!["absent/a.json", "out"]),
     ];
     let each = bad.into_iter().flat_map(|(flag, values)| values.into_iter().map(move |value| (flag, value)));
@@ -156,7 +172,7 @@ fn a_refusal_is_the_only_line() {
             "--shadow-map 16384",
         ),
         desk.misrefused(&render("bare.glb --technique froxel"), "--technique"),
-        desk.misrefused(&render("bare.glb --against light-volume"), "--"),
+        desk.misrefused(&render("bare.glb --against froxel"), "--against"),
         desk.misrefused(&render("glowing.glb --technique hybrid"), "hybrid cannot take an emitting medium"),
         desk.misrefused(
             &render("foggy.glb --technique hybrid"),
@@ -174,7 +190,7 @@ fn a_refusal_is_the_only_line() {
         desk.misrefused(&render("bare.glb --light-texture absent.png"), "absent.png"),
         desk.misrefused(&render("bare.glb --sigma-s 1 --technique froxel"), "--technique"),
         desk.misrefused(&render("noted.glb --camera nope"), "--camera"),
-        desk.misrefused(&render("noted.glb --technique light-volume"), "--technique"),
+        desk.misrefused(&render("noted.glb --technique froxel"), "--technique"),
         desk.misrefused(&render("glowing.glb --technique exact"), "exact"),
         desk.misrefused(&render("glowing.glb --technique exact-shadow-map"), "exact-shadow-map cannot take"),
         desk.misrefused(&render("glowing.glb --against exact-shadow-map"), "--against"),
@@ -193,8 +209,66 @@ fn a_refusal_is_the_only_line() {
         ),
         desk.misrefused(&render("procedural:triangle --technique shared-grid --samples 5"), "--technique"),
         desk.misrefused(
-            &render("procedural:triangle --technique light-volume --map-surface linear"),
+            &render("procedural:triangle --technique froxel --map-surface linear"),
             "--technique",
         ),
     ]);
+}
+
+#[test]
+fn what_a_light_volume_cannot_take() {
+    let desk = Desk::default();
+    let medium = |extra: Value| {
+        let mut medium = json!({"sigma_s": [0.1, 0.1, 0.1], "sigma_a": [0, 0, 0]});
+        medium.as_object_mut().unwrap().extend(extra.as_object().unwrap().clone());
+        Glb::triangle().with(|json| json["scenes"][0]["extras"]["medium"] = medium).bytes()
+    };
+    let files = [
+        ("bounded.glb", json!({"bounds": {"min": [-2, -1, -2], "max": [2, 2, 2]}}), "a bounded medium"),
+        ("glowing.glb", json!({"emission": [1, 1, 1]}), "an emitting medium"),
+        ("foggy.glb", json!({"density": {"type": "height", "y0": 0, "scale": 2}}), "a heterogeneous density"),
+    ];
+    let render = |rest: &str| format!("render {rest} --size 8x8 --shadow-map 16 -o out/a.npy");
+    for (name, extra, feature) in files {
+        desk.write(name, medium(extra));
+        let wanted = format!("light-volume cannot take {feature}; use brute-force");
+        all_right([
+            desk.misrefused(&render(&format!("{name} --technique light-volume")), &wanted),
+            desk.misrefused(
+                &render(&format!("{name} --technique brute-force --against light-volume")),
+                &wanted,
+            ),
+        ]);
+    }
+    desk.done("render procedural:triangle --size 8x8 -o texture.png");
+    let spot = "--spot-light 0.5,2.5,2:0,0.5,0:20:30:9";
+    all_right([
+        desk.misrefused(
+            &render(&format!(
+                "procedural:triangle --technique light-volume {spot} --light-texture texture.png"
+            )),
+            "light-volume cannot take a textured spot light; use brute-force",
+        ),
+        desk.misrefused(
+            &render("procedural:triangle --technique light-volume --model hoffman-preetham"),
+            "light-volume cannot take Hoffman and Preetham's model for a local light",
+        ),
+        // a cube has no Delaunay triangles
+        desk.misrefused(
+            &render("procedural:triangle --technique light-volume --tessellation delaunay"),
+            "--tessellation",
+        ),
+        desk.misrefused(
+            &render("procedural:triangle --against light-volume --tessellation delaunay:0.1"),
+            "--tessellation",
+        ),
+        desk.misrefused(
+            "render procedural:triangle --technique light-volume --size 8x8 --shadow-map 1 -o out/a.npy",
+            "--shadow-map",
+        ),
+    ]);
+    // a single image has
+    desk.done(&render(&format!(
+        "procedural:triangle --technique light-volume {spot} --tessellation delaunay"
+    )));
 }

@@ -210,6 +210,9 @@ pub(crate) fn run(args: &RenderArgs) -> Outcome {
     let options = args.options(gpu.is_some(), &techniques);
     if techniques.iter().any(|&technique| frame::draws_maps(&setup, technique, &options)) {
         techniques.iter().try_for_each(|&technique| options.of(technique).map.check(&setup))?;
+        if techniques.contains(&Technique::LightVolume) {
+            options.tessellation.check(&setup)?;
+        }
     }
     let picture = frame::render(&setup, &bvh, technique, &options, gpu.as_ref(), &technique.name())?;
     // not before: what a GPU cannot hold is refused by then, in the only line there is

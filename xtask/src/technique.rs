@@ -4,8 +4,8 @@ use clap::ValueEnum;
 use gpu_backend::AirlightForm;
 use ground_truth::Reference;
 use hybrid_march::{Hybrid, Placement};
-use lightvolume::{Criterion, SignedAirlight};
-use scene::{AirlightModel, Refusal};
+use lightvolume::{Criterion, LightVolumeError, SignedAirlight};
+use scene::{AirlightModel, Light, Refusal};
 
 use crate::failure::{Failure, Outcome};
 use crate::maps::{MapOptions, MapSurface};
@@ -110,6 +110,15 @@ impl Default for Tessellation {
 }
 
 impl Tessellation {
+    /// Fails for a light whose map it cannot cut.
+    pub(crate) fn check(self, setup: &Setup) -> Outcome {
+        let cube = setup.lights.iter().any(|light| matches!(light, Light::Point(_)));
+        if cube && matches!(self, Self::Delaunay { .. }) {
+            return Err(Failure::input(format!("--tessellation: {}", LightVolumeError::Cube)));
+        }
+        Ok(())
+    }
+
     /// With the threshold that it was given, or that of a scene with this diagonal; units: m.
     pub(crate) fn of_scene(self, diagonal: f32) -> lightvolume::Tessellation {
         let usual = DEFAULT_THRESHOLD * diagonal;

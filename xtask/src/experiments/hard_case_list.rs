@@ -160,6 +160,28 @@ fn cone(half_angle: f32) -> Outcome<Setup> {
     Ok(Setup { lights: vec![light], ..generated("slats")? })
 }
 
+/// A camera relative to the volume of a spot of 40° about its axis, which shines down past the box.
+///
+/// `place` is in units of the volume: right and down across it, from −1 at one wall to 1 at the other, and the depth in m.
+fn in_volume(place: Vec3, target: Vec3) -> Outcome<Setup> {
+    let lamp = spot(Vec3::new(0.3, 2.0, 0.0), Vec3::NEG_Y, [20.0, 40.0])?;
+    let Light::Spot(light) = &lamp else { return Err(Failure::program("a spot that is none")) };
+    let wide = light.outer.tan();
+    let at =
+        |p: Vec3| light.position + p.z * (light.direction + wide * (p.x * light.right - p.y * light.top()));
+    Ok(Setup {
+        camera: Camera::look_at(at(place), at(target), Vec3::Z, 0.8).map_err(Failure::program)?,
+        lights: vec![lamp],
+        ..block()?
+    })
+}
+
+/// A camera so near to the top of the box, which bounds the light of the lamp above it, that the near plane of any renderer
+/// lies in it.
+fn above_top(height: f32, target: Vec3) -> Outcome<Setup> {
+    seen(Vec3::new(0.1, 0.5 + height, 0.2), target)
+}
+
 /// Lights of all kinds around the box.
 fn many(count: u32) -> Outcome<Setup> {
     let light = |i: u32| {
@@ -303,6 +325,79 @@ pub(super) fn cases() -> Vec<Case> {
     );
     add(Usual, "all lit: the box is behind the camera", Box::new(|| seen(EYE, Vec3::new(0.3, 3.0, 9.0))));
     add(Usual, "all dark: a closed box around the light", Box::new(|| lit_by(vec![point(Vec3::ZERO)?])));
+    let middle = Vec3::new(0.1, 0.1, 2.0);
+    add(
+        Usual,
+        "camera inside a spot's volume",
+        Box::new(move || in_volume(Vec3::new(0.5, 0.4, 0.7), middle)),
+    );
+    add(
+        Usual,
+        "camera outside of a spot's volume",
+        Box::new(move || in_volume(Vec3::new(2.5, 0.4, 1.0), middle)),
+    );
+    add(
+        Always,
+        "camera on a wall of a spot's volume",
+        Box::new(move || in_volume(Vec3::new(1.0, 0.3, 1.0), middle)),
+    );
+    add(
+        Usual,
+        "camera on a wall of a spot's volume, along it",
+        Box::new(|| in_volume(Vec3::new(1.0, 0.3, 1.0), Vec3::new(1.0, -0.2, 1.6))),
+    );
+    add(
+        Usual,
+        "camera on an edge between two walls",
+        Box::new(move || in_volume(Vec3::new(1.0, 1.0, 1.0), middle)),
+    );
+    add(
+        Usual,
+        "camera on an edge between two walls, along it to the light",
+        Box::new(|| in_volume(Vec3::new(1.0, 1.0, 1.0), Vec3::new(1.0, 1.0, 0.5))),
+    );
+    add(
+        Always,
+        "camera in the cap: on the lit top of the box",
+        Box::new(|| above_top(0.0, Vec3::new(0.4, 0.8, -2.0))),
+    );
+    add(Usual, "camera in the cap, along it", Box::new(|| above_top(0.0, Vec3::new(-0.3, 0.5, -0.4))));
+    add(Usual, "camera in the cap, into the light", Box::new(|| above_top(0.0, LAMP)));
+    add(Usual, "camera 10 µm above the cap", Box::new(|| above_top(1e-5, Vec3::new(-0.3, 0.45, -0.4))));
+    add(Usual, "camera 10 µm below the cap", Box::new(|| above_top(-1e-5, Vec3::new(-0.3, 0.6, -0.4))));
+    add(
+        Usual,
+        "camera in the cap of a sun's volume",
+        Box::new(|| {
+            Ok(Setup {
+                lights: vec![sun(Vec3::new(0.2, -1.0, 0.1))?],
+                ..above_top(0.0, Vec3::new(0.4, 0.3, -2.0))?
+            })
+        }),
+    );
+    add(
+        Usual,
+        "camera beside a sun's volume",
+        Box::new(|| {
+            Ok(Setup {
+                lights: vec![sun(Vec3::new(0.2, -1.0, 0.1))?],
+                ..seen(Vec3::new(6.0, 1.0, 3.0), Vec3::ZERO)?
+            })
+        }),
+    );
+    add(
+        Usual,
+        "camera far below a sun's volume",
+        Box::new(|| {
+            Ok(Setup {
+                lights: vec![sun(Vec3::new(0.0, -1.0, 0.1))?],
+                ..seen(Vec3::new(0.0, -300.0, 29.0), Vec3::ZERO)?
+            })
+        }),
+    );
+    let micron = |light: Vec3| move || seen(LAMP + light, LAMP - 1e3 * light + Vec3::new(0.0, -1.0, 0.0));
+    add(Usual, "camera 1 µm from a point light", Box::new(micron(Vec3::new(1e-6, 0.0, 0.0))));
+    add(Usual, "camera 1 mm from a point light", Box::new(micron(Vec3::new(1e-3, 1e-3, 0.0))));
     add(Usual, "five hundred slats", Box::new(|| generated("slats-500")));
     add(Usual, "a cone of 1 degree", Box::new(|| cone(0.5)));
     add(Usual, "a cone of 179 degrees", Box::new(|| cone(89.5)));

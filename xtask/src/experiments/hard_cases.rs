@@ -1,24 +1,27 @@
 //! `hard-cases`: every technique on every scene on which techniques fail first.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
 
+use gpu_backend::GpuContext;
 use rayon::prelude::*;
 use serde_json::json;
 
 use super::equal_error::median;
 use super::hard_case_list::{Case, Weight, cases};
-use super::measure::{Arena, Runner, Setting, WARM_FRAMES, base, in_turns};
+use super::measure::{Arena, Runner, Setting, WARM_FRAMES, base, in_turns, picture};
 use super::shown::clock_note;
 use super::{Context, Preset, experiment, gpu_or_cpu};
 use crate::airlight::Stage;
 use crate::airlight_gpu::{GpuFrame, lacks};
 use crate::failure::Outcome;
 use crate::image_file::Image;
+use crate::maps::{MapOptions, MapSurface, Maps};
 use crate::metrics::{self, Metrics};
 use crate::report::data::{Bound, Check, Row};
 use crate::report::table::{Column, Table};
 use crate::report::{self, Section};
-use crate::technique::{self, HybridOptions, Options, Technique, VisibilitySource};
+use crate::technique::{self, HybridOptions, Options, Technique, Tessellation, VisibilitySource};
 
 /// Steps of both marches.
 const SAMPLES: u32 = 48;
@@ -26,6 +29,15 @@ const SAMPLES: u32 = 48;
 /// How much greater the hybrid's error may be than that of a march of as many steps, before the case is named: this
 /// many times, and so much of what shadows change.
 const WORSE: (f64, f64) = (2.0, 0.01);
+
+/// Relative RMSE, and share of what shadows change, by which a light volume of all cells may differ from the exact
+/// picture of the same map.
+const VOLUME_BARS: (f64, f64) = (1e-3, 2e-3);
+
+/// Side of the maps of light volumes for others of `side` texels: every texel is two triangles, on a cube six times as many.
+fn volume_map(side: u32) -> u32 {
+    (side / 4).max(128)
+}
 
 /// What is compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,25 +48,48 @@ enum Way {
     March,
     HybridByRays,
     MarchByRays,
+    LinearTraversal,
+    LightVolume,
+    StaticVolume,
+    LightVolumeOnCpu,
+    StaticVolumeOnCpu,
 }
 
 impl Way {
-    const ALL: [Self; 6] = [
+    const ALL: [Self; 11] = [
         Self::Traversal,
         Self::Hybrid,
         Self::PlainHybrid,
         Self::March,
         Self::HybridByRays,
         Self::MarchByRays,
+        Self::LinearTraversal,
+        Self::LightVolume,
+        Self::StaticVolume,
+        Self::LightVolumeOnCpu,
+        Self::StaticVolumeOnCpu,
     ];
 
     /// Those for which there is time: compiling their shaders takes half a second a case and technique in software.
     fn of(preset: Preset) -> &'static [Self] {
         match preset {
-            Preset::Smoke => &[Self::Hybrid, Self::PlainHybrid, Self::March],
-            Preset::Quick => &[Self::Traversal, Self::Hybrid, Self::PlainHybrid, Self::March],
+            Preset::Smoke => &[Self::Hybrid, Self::PlainHybrid, Self::March, Self::LightVolume],
+            Preset::Quick => &[
+                Self::Traversal,
+                Self::Hybrid,
+                Self::PlainHybrid,
+                Self::March,
+                Self::LightVolume,
+                Self::StaticVolume,
+            ],
             Preset::Standard | Preset::Paper => &Self::ALL,
         }
+    }
+
+    /// Those of a preset that differ from each other: without a GPU everything is on the CPU.
+    fn of_context(context: &Context) -> Vec<Self> {
+        let of_preset = Self::of(context.preset).iter().copied();
+        of_preset.filter(|way| context.gpu.is_some() || !way.on_cpu()).collect()
     }
 
     fn name(self) -> &'static str {
@@ -65,14 +100,35 @@ impl Way {
             Self::March => "brute force",
             Self::HybridByRays => "hybrid, shadow rays",
             Self::MarchByRays => "brute force, shadow rays",
+            Self::LinearTraversal => "exact-shadow-map, linear",
+            Self::LightVolume => "light volume",
+            Self::StaticVolume => "light volume, static",
+            Self::LightVolumeOnCpu => "light volume, on the CPU",
+            Self::StaticVolumeOnCpu => "light volume, static, on the CPU",
+        }
+    }
+
+    fn on_cpu(self) -> bool {
+        matches!(self, Self::LightVolumeOnCpu | Self::StaticVolumeOnCpu)
+    }
+
+    /// What a map means to it.
+    fn surface(self) -> MapSurface {
+        match self {
+            Self::LinearTraversal => MapSurface::Linear,
+            way if way.technique() == Technique::LightVolume => MapSurface::Linear,
+            _ => MapSurface::Step,
         }
     }
 
     fn technique(self) -> Technique {
         match self {
-            Self::Traversal => Technique::ExactShadowMap,
+            Self::Traversal | Self::LinearTraversal => Technique::ExactShadowMap,
             Self::Hybrid | Self::PlainHybrid | Self::HybridByRays => Technique::Hybrid,
             Self::March | Self::MarchByRays => Technique::BruteForce,
+            Self::LightVolume | Self::StaticVolume | Self::LightVolumeOnCpu | Self::StaticVolumeOnCpu => {
+                Technique::LightVolume
+            }
         }
     }
 
@@ -80,12 +136,19 @@ impl Way {
         !matches!(self, Self::HybridByRays | Self::MarchByRays)
     }
 
-    fn setting(self, base: Options) -> Setting {
+    fn setting(self, base: Options, linear: &Arc<Maps>) -> Setting {
         let samples = Some(SAMPLES);
         let visibility = if self.reads_map() { VisibilitySource::Map } else { VisibilitySource::Bvh };
         let plain = HybridOptions { tile: 1, refine: 0, ..base.hybrid };
         let hybrid = if self == Self::PlainHybrid { plain } else { base.hybrid };
-        Setting::new(self.name(), self.technique(), Options { samples, visibility, hybrid, ..base })
+        let own_maps = (self.surface() == MapSurface::Linear).then(|| Arc::clone(linear));
+        let map = if own_maps.is_some() { linear_map(base) } else { base.map };
+        let tessellation = match self {
+            Self::StaticVolume | Self::StaticVolumeOnCpu => Tessellation::Static { indexed: true },
+            _ => base.tessellation,
+        };
+        let options = Options { samples, visibility, hybrid, map, tessellation, ..base };
+        Setting { own_maps, ..Setting::new(self.name(), self.technique(), options) }
     }
 }
 
@@ -151,6 +214,11 @@ impl Done {
         self.cells.iter().find(|(c, _)| *c == column).and_then(|(_, cell)| cell.measured())
     }
 
+    /// The cells of ways that take a map in this meaning; those that read none stand beside the steps.
+    fn reading(&self, surface: MapSurface) -> impl Iterator<Item = &(Way, Cell)> {
+        self.cells.iter().filter(move |(way, _)| way.surface() == surface)
+    }
+
     /// The hybrid's error and the march's in words, where the former is much the greater.
     fn worse(&self, hybrid: Way, march: Way) -> Option<String> {
         let error = |column: Way| {
@@ -188,7 +256,8 @@ pub(super) fn run(context: &Context) -> Outcome<Section> {
         all.push(measure(context, case, side, map)?);
     }
     let mut section = Section::default();
-    section.tables.push(table(&all));
+    let tables = [("Every case", MapSurface::Step), ("Every case, light volumes", MapSurface::Linear)];
+    section.tables.extend(tables.map(|(title, surface)| table(&all, title, surface)));
     found.rows = all.iter().flat_map(rows).collect();
     found.checks = checks(context, &all);
     found.notes = notes(context, side, map);
@@ -206,11 +275,12 @@ fn caught<T>(call: impl FnOnce() -> T) -> Result<T, String> {
 
 fn measure(context: &Context, case: &Case, side: u32, map: u32) -> Outcome<Done> {
     let arena = Arena::new(&*case.name, (case.build)()?, base(side, map))?;
-    let ways = Way::of(context.preset);
-    let settings: Vec<Setting> = ways.iter().map(|way| way.setting(arena.base)).collect();
+    let (maps, on_linear) = linear(&arena)?;
+    let ways = Way::of_context(context);
+    let settings: Vec<Setting> = ways.iter().map(|way| way.setting(arena.base, &maps)).collect();
     let stages: Vec<Stage<'_>> =
         settings.iter().map(|setting| arena.stage(setting)).collect::<Outcome<_>>()?;
-    let cells = run_cells(context, &arena, ways, &stages)?;
+    let cells = run_cells(context, &arena, &on_linear, &ways, &stages)?;
     let gpu_refusal = match &context.gpu {
         Some(gpu) if lacks(&arena.setup, Technique::BruteForce).is_some() => {
             stages.first().and_then(|stage| {
@@ -229,6 +299,30 @@ fn measure(context: &Context, case: &Case, side: u32, map: u32) -> Outcome<Done>
     })
 }
 
+/// The map of light volumes.
+fn linear_map(base: Options) -> MapOptions {
+    MapOptions { side: volume_map(base.map.side), surface: MapSurface::Linear }
+}
+
+/// The maps in the meaning that light volumes enclose, and what is exact with respect to them.
+fn linear(arena: &Arena) -> Outcome<(Arc<Maps>, Image)> {
+    let options = Options { map: MapOptions { surface: MapSurface::Linear, ..arena.base.map }, ..arena.base };
+    let maps = Arc::new(Maps::draw(&arena.setup, &options.map)?);
+    let own_maps = Some(Arc::clone(&maps));
+    let setting = Setting { own_maps, ..Setting::new("", Technique::ExactShadowMap, options) };
+    let exact = arena.stage(&setting)?.run(setting.technique)?;
+    Ok((maps, picture(options.size, &exact)))
+}
+
+/// The GPU for a way, if there is one and it takes the case; else why it does not.
+fn gpu_for<'a>(context: &'a Context, arena: &Arena, way: Way) -> (Option<&'a GpuContext>, Option<String>) {
+    let Some(gpu) = context.gpu.as_ref().filter(|_| !way.on_cpu()) else { return (None, None) };
+    match lacks(&arena.setup, way.technique()) {
+        Some(why) => (None, Some(why)),
+        None => (Some(gpu), None),
+    }
+}
+
 /// A ready technique with its first picture.
 type Ready<'a> = (Runner<'a>, Vec<[f32; 3]>);
 
@@ -238,14 +332,14 @@ type Prepared<'a> = (Way, Option<String>, Result<Outcome<Ready<'a>>, String>);
 fn run_cells<'a>(
     context: &'a Context,
     arena: &'a Arena,
+    on_linear: &Image,
     ways: &[Way],
     stages: &'a [Stage<'a>],
 ) -> Outcome<Vec<(Way, Cell)>> {
     // compiling takes most of the time, so all are prepared side by side, and timed in turns afterwards
     let prepare = |(way, stage): (&Way, &'a Stage<'a>)| -> Prepared<'a> {
         let technique = way.technique();
-        let not_on_gpu = context.gpu.as_ref().and_then(|_| lacks(&arena.setup, technique));
-        let gpu = context.gpu.as_ref().filter(|_| not_on_gpu.is_none());
+        let (gpu, not_on_gpu) = gpu_for(context, arena, *way);
         let start = caught(|| -> Outcome<Ready<'a>> {
             technique::check(&arena.setup, technique, "--technique")?;
             let mut runner = Runner::new(gpu, stage, technique)?;
@@ -272,7 +366,11 @@ fn run_cells<'a>(
                     ms: median(&times).unwrap_or(f64::NAN),
                     on_gpu: runner.gpu.is_some(),
                     not_on_gpu,
-                    on_map: compare(&arena.map.exact)?,
+                    on_map: compare(if way.surface() == MapSurface::Linear {
+                        on_linear
+                    } else {
+                        &arena.map.exact
+                    })?,
                     on_geometry: compare(&arena.exact)?,
                     negative: image.pixels.iter().flatten().filter(|value| **value < 0.0).count() as u64,
                 }))
@@ -296,7 +394,7 @@ fn rows(done: &Done) -> impl Iterator<Item = Row> + '_ {
                 row.set_errors(&m.on_geometry);
                 if column.reads_map() {
                     row.shadow_err_map = m.on_map.shadow_err;
-                    row.map_surface = Some("step".into());
+                    row.map_surface = Some(column.surface().name().into());
                 }
                 row.params.insert("backend".into(), json!(if m.on_gpu { "gpu" } else { "cpu" }));
                 row.params.insert("not finite".into(), json!(cell.not_finite()));
@@ -311,15 +409,19 @@ fn rows(done: &Done) -> impl Iterator<Item = Row> + '_ {
     })
 }
 
-fn table(all: &[Done]) -> Table {
+fn table(all: &[Done], title: &str, surface: MapSurface) -> Table {
     let mut columns = vec![Column::left("case")];
-    let ways = all.first().map_or(&[][..], |done| &done.cells);
-    columns.extend(ways.iter().map(|(way, _)| Column::left(way.name())));
+    columns.extend(
+        all.first()
+            .into_iter()
+            .flat_map(|done| done.reading(surface))
+            .map(|(way, _)| Column::left(way.name())),
+    );
     columns.push(Column::left("the GPU says"));
-    let mut table = Table::new("Every case", columns);
+    let mut table = Table::new(title, columns);
     for done in all {
         let mut line = vec![done.name.clone()];
-        line.extend(done.cells.iter().map(|(column, cell)| cell.text(column.reads_map())));
+        line.extend(done.reading(surface).map(|(way, cell)| cell.text(way.reads_map())));
         line.push(done.gpu_refusal.clone().unwrap_or_default());
         table.push(line);
     }
@@ -371,6 +473,9 @@ fn checks(context: &Context, all: &[Done]) -> Vec<Check> {
         check.note = (!worse.is_empty()).then(|| worse.join("; "));
         checks.push(check);
     }
+    checks.extend(
+        [Way::StaticVolume, Way::StaticVolumeOnCpu].into_iter().filter_map(|way| exactness(all, way)),
+    );
     let refusal = all.iter().find(|done| done.lights == 9).and_then(|done| done.gpu_refusal.clone());
     let typed = refusal.as_ref().map(|text| f64::from(u8::from(!text.starts_with("PANIC"))));
     let mut check = Check::new(
@@ -385,9 +490,33 @@ fn checks(context: &Context, all: &[Done]) -> Vec<Check> {
     checks
 }
 
+/// Whether a light volume of all cells is what its map says; `None` where none was measured.
+fn exactness(all: &[Done], way: Way) -> Option<Check> {
+    let mut measured = all.iter().filter_map(|done| Some((done, done.of(way)?))).peekable();
+    measured.peek()?;
+    let wrong: Vec<String> = measured
+        .filter_map(|(done, m)| {
+            let (rmse, shadow) = (m.on_map.rel_rmse, m.on_map.shadow_err);
+            let off = rmse > VOLUME_BARS.0 || shadow.is_some_and(|shadow| shadow > VOLUME_BARS.1);
+            let text = || format!("{}: {}, shadow {}", done.name, report::error(rmse), report::error(shadow));
+            off.then(text)
+        })
+        .collect();
+    let (rmse, shadow) = (report::error(VOLUME_BARS.0), report::error(VOLUME_BARS.1));
+    let claim = format!(
+        "cases in which {} is farther from the exact picture of the same map than {rmse}, or {shadow} of what shadows change",
+        way.name()
+    );
+    let count = Some(wrong.len() as f64);
+    let mut check =
+        Check::new(claim, "§6: always exact with respect to the shadow map", count, Bound::AtMost, 0.0);
+    check.note = (!wrong.is_empty()).then(|| wrong.join("; "));
+    Some(check)
+}
+
 fn notes(context: &Context, side: u32, map: u32) -> Vec<String> {
     let mut notes = vec![
-        format!("Pictures are {side}×{side}, an odd side, so that the middle pixel looks exactly where the camera does; maps are {map}²."),
+        format!("Pictures are {side}×{side}, an odd side, so that the middle pixel looks exactly where the camera does; maps are {map}², those of light volumes {}².", volume_map(map)),
         "On the GPU wherever it takes a case, else on the CPU, which the cell says. Silhouettes and pyramids are made anew in every frame.".into(),
     ];
     notes.extend(clock_note(context));

@@ -10,6 +10,14 @@ use crate::report::data::{Adapter, Experiment};
 use crate::setups::Setups;
 
 mod airlight_accuracy;
+mod billeter_bench;
+mod billeter_fig1;
+mod billeter_fig6;
+mod billeter_fig7;
+mod billeter_fig8;
+mod billeter_mesh;
+mod billeter_seams;
+mod billeter_table1;
 mod counts;
 mod equal_error;
 mod hard_case_list;
@@ -132,6 +140,31 @@ pub(crate) const ALL: &[Entry] = &[
         id: "wyman-table1",
         about: "Wyman & Ramsey 2008, Table 1: brute force against the hybrid, at equal samples and at equal error",
         run: wyman_table1::run,
+    },
+    Entry {
+        id: "billeter-fig1",
+        about: "Billeter, Sintorn & Assarsson 2010, Figure 1: a cathedral with two lights, surfaces included",
+        run: billeter_fig1::run,
+    },
+    Entry {
+        id: "billeter-fig6",
+        about: "Billeter, Sintorn & Assarsson 2010, Figure 6: a point light with cube maps of three sizes",
+        run: billeter_fig6::run,
+    },
+    Entry {
+        id: "billeter-fig7",
+        about: "Billeter, Sintorn & Assarsson 2010, Figure 7: the light volume against marches of 150 and 400 samples",
+        run: billeter_fig7::run,
+    },
+    Entry {
+        id: "billeter-fig8",
+        about: "Billeter, Sintorn & Assarsson 2010, Figure 8: the tessellated light volume, as drawn and from the light",
+        run: billeter_fig8::run,
+    },
+    Entry {
+        id: "billeter-table1",
+        about: "Billeter, Sintorn & Assarsson 2010, Table 1: static against adaptive tessellation of growing maps",
+        run: billeter_table1::run,
     },
 ];
 
