@@ -100,7 +100,7 @@ fn leaves_are_those_of_the_cpu() {
                     let mut wanted: Vec<_> = wanted
                         .leaves()
                         .iter()
-                        .map(|l| (l.face as u32, l.level as u32, l.x, l.y, u32::from(l.configuration)))
+                        .map(|leaf| (leaf.face, leaf.level, leaf.x, leaf.y, leaf.configuration))
                         .collect();
                     got.sort_unstable();
                     wanted.sort_unstable();
