@@ -29,7 +29,7 @@ fn vs_main(@builtin(vertex_index) vertex: u32) -> Crossing {
         let side = place_index - 8u;
         let from_node = node_of(leaf, 2u * side);
         let to_node = node_of(leaf, (2u * side + 2u) & 7u);
-        return seen(apex(), wall_plane(from_node, to_node));
+        return seen(wall_apex(from_node), wall_plane(from_node, to_node));
     }
     // the triangle that begins here: of the upper left half (0, 1, 7) or of the lower right one (4, 5, 3)
     let half = select(0u, 4u, place_index >= 3u && place_index <= 5u);

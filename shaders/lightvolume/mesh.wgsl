@@ -17,11 +17,12 @@ fn vertex_node(index: u32) -> vec3f {
     return vec3f(at + 0.5, -mesh.far);
 }
 
-fn vertex_place(index: u32, node: vec3f) -> Placed {
+// Where a vertex lies; `next` is the node after it in its triangle.
+fn vertex_place(index: u32, next: vec3f) -> Placed {
     if leaves[index].y == APEX {
-        return apex();
+        return wall_apex(next);
     }
-    return place(0, node);
+    return place(0, vertex_node(index));
 }
 
 @vertex
@@ -41,7 +42,8 @@ fn vs_main(@builtin(vertex_index) vertex: u32) -> Crossing {
         // skirts stand upright and have none: their distance is interpolated
         plane = plane_of(grid_of(0), a, b, c);
     }
-    return seen(vertex_place(vertex, vertex_node(vertex)), plane);
+    let next = first + (vertex + 1u - first) % 3u;
+    return seen(vertex_place(vertex, vertex_node(next)), plane);
 }
 
 @fragment

@@ -24,7 +24,7 @@ fn vs_main(@builtin(vertex_index) vertex: u32) -> Crossing {
     let to_node = node_at(0, a + step);
     let plane = wall_plane(from_node, to_node);
     switch vertex % 3u {
-        case 0u: { return seen(apex(), plane); }
+        case 0u: { return seen(wall_apex(from_node), plane); }
         case 1u: { return seen(place(0, to_node), plane); }
         default: { return seen(place(0, from_node), plane); }
     }

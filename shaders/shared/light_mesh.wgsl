@@ -102,6 +102,15 @@ fn apex() -> Placed {
     return Placed(mesh.origin, 1.0);
 }
 
+// The apex of a wall that stands on a node. From the light itself walls are seen from their edge, and the apex is nowhere
+// on the screen: there a wall ends where it begins.
+fn wall_apex(node: vec3f) -> Placed {
+    if LIGHT != DIRECTIONAL && all(mesh.origin == vec3f()) {
+        return place(0, node);
+    }
+    return apex();
+}
+
 // The plane of three nodes, as a function that is positive behind it.
 fn plane_of(grid: Grid, a: vec3f, b: vec3f, c: vec3f) -> vec4f {
     let p = b - a;

@@ -241,6 +241,37 @@ fn cameras_in_awkward_places_see_no_holes() {
     }
 }
 
+/// There airlight is without bound, but which pixels have any is known.
+#[test]
+fn a_camera_at_a_spot_sees_its_light() {
+    for gpu in gpus() {
+        let mut fog = fog(&gpu);
+        let stage = Stage::procedural("sphere", (48, 48), 0.3);
+        let Light::Spot(spot) = &stage.lights()[1] else { panic!("the second is a spot") };
+        let seen = moved(&stage, spot.position, spot.position + spot.direction);
+        // narrow enough for its walls to lie in the picture
+        let light = Light::Spot(scene::SpotLight { inner: 0.2, outer: 0.3, ..spot.clone() });
+        let map = seen.map(&light, 64, MapSurface::Linear);
+        let delaunay = Options::new(lightvolume::Tessellation::Delaunay { bound: 0.02 });
+        let mesh = LightVolume::build(map.as_ref().unwrap(), &delaunay).unwrap();
+        let mesh = LightMesh::upload(&gpu.device, &mesh).unwrap();
+        let uploaded = upload(&gpu, map.as_ref().unwrap()).with_mesh(mesh);
+        let wanted = seen.traversed(&light, &map, MapSurface::Linear);
+        let lit = wanted.iter().filter(|pixel| pixel[0] > 0.0).count();
+        assert!(lit > 200 && lit < wanted.len());
+        for technique in [
+            volume(Tessellation::Grid, None),
+            volume(Tessellation::IndexedGrid, None),
+            adaptive(0.01, None),
+            volume(Tessellation::Mesh, None),
+        ] {
+            let got = seen.on_gpu(&gpu, &mut fog, &light, Some(&uploaded), technique);
+            let wrong = got.iter().zip(&wanted).filter(|(a, b)| (a[0] > 0.0) != (b[0] > 0.0)).count();
+            assert_eq!(wrong, 0, "{technique:?}: of {lit} lit pixels");
+        }
+    }
+}
+
 #[test]
 fn lights_add_up_in_a_coloured_medium_that_scatters_forwards() {
     for gpu in gpus() {
