@@ -101,6 +101,19 @@ fn light_volumes_are_those_of_the_cpu() {
 }
 
 #[test]
+fn where_nothing_scatters_no_light_volume_is_made() {
+    let Some(desk) = desk() else { return };
+    desk.done(&format!(
+        "render {SCENE} -o out/a.npy --airlight-only --backend gpu --technique light-volume --sigma-s 0 --json out/a.json"
+    ));
+    let said: Value =
+        serde_json::from_str(&std::fs::read_to_string(desk.path("out/a.json")).unwrap()).unwrap();
+    assert_eq!(said["mesh_triangles"], 0, "{said}");
+    let (pixels, _) = airlight_tests::picture::read_npy(&desk.path("out/a.npy"));
+    assert!(pixels.as_flattened().iter().all(|value| *value == 0.0), "what does not scatter is black");
+}
+
+#[test]
 fn what_ran_is_said() {
     let Some(desk) = desk() else { return };
     desk.done(&format!(

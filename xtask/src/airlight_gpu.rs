@@ -6,7 +6,7 @@ use std::time::Instant;
 use glam::{DVec3, Vec3};
 use gpu_backend::{
     Faces, Fog, FogDescriptor, Frame, GpuBvh, GpuContext, Lamp, LightMesh, LightPicture, Lookup, MAX_LIGHTS,
-    PassTime, SceneDepth, ShadowCasters, ShadowMap, ShadowVolume, Shadows, View,
+    PassTime, ReadError, SceneDepth, ShadowCasters, ShadowMap, ShadowVolume, Shadows, View,
 };
 use scene::{AirlightModel, Light, WideBvh};
 use shadowmap::Bias;
@@ -202,8 +202,12 @@ impl<'a> GpuFrame<'a> {
                 let maps = self.maps.iter().flatten();
                 let counts = maps.map(|map| match tessellation {
                     gpu_backend::Tessellation::Adaptive { .. } => {
-                        let count = map.read_leaf_count(device, queue).map_err(Failure::program)?;
-                        Ok(u64::from(count.triangles) + seam_triangles(map))
+                        match map.read_leaf_count(device, queue) {
+                            Ok(count) => Ok(u64::from(count.triangles) + seam_triangles(map)),
+                            // where nothing scatters none is made
+                            Err(ReadError::Nothing(_)) => Ok(0),
+                            Err(error) => Err(Failure::program(error)),
+                        }
                     }
                     gpu_backend::Tessellation::Mesh => {
                         Ok(map.mesh().map_or(0, |mesh| u64::from(mesh.triangle_count())))

@@ -361,7 +361,7 @@ pub(super) fn cases() -> Vec<Case> {
         "camera in the cap: on the lit top of the box",
         Box::new(|| above_top(0.0, Vec3::new(0.4, 0.8, -2.0))),
     );
-    add(Usual, "camera in the cap, along it", Box::new(|| above_top(0.0, Vec3::new(-0.3, 0.5, -0.4))));
+    add(Usual, "camera in the cap, along it", Box::new(|| above_top(0.0, Vec3::new(-0.3, 0.495, -0.4))));
     add(Usual, "camera in the cap, into the light", Box::new(|| above_top(0.0, LAMP)));
     add(Usual, "camera 10 µm above the cap", Box::new(|| above_top(1e-5, Vec3::new(-0.3, 0.45, -0.4))));
     add(Usual, "camera 10 µm below the cap", Box::new(|| above_top(-1e-5, Vec3::new(-0.3, 0.6, -0.4))));

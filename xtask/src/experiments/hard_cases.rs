@@ -34,6 +34,9 @@ const WORSE: (f64, f64) = (2.0, 0.01);
 /// picture of the same map.
 const VOLUME_BARS: (f64, f64) = (1e-3, 2e-3);
 
+/// Relative RMSE that f32 makes of any picture.
+const ROUNDING: f64 = 1e-5;
+
 /// Side of the maps of light volumes for others of `side` texels: every texel is two triangles, on a cube six times as many.
 fn volume_map(side: u32) -> u32 {
     (side / 4).max(128)
@@ -497,7 +500,9 @@ fn exactness(all: &[Done], way: Way) -> Option<Check> {
     let wrong: Vec<String> = measured
         .filter_map(|(done, m)| {
             let (rmse, shadow) = (m.on_map.rel_rmse, m.on_map.shadow_err);
-            let off = rmse > VOLUME_BARS.0 || shadow.is_some_and(|shadow| shadow > VOLUME_BARS.1);
+            // where all is dark nothing is a share of the picture, and where all but nothing is lit, of the shadows
+            let off = (rmse.is_finite() && rmse > VOLUME_BARS.0)
+                || (rmse > ROUNDING && shadow.is_some_and(|shadow| shadow > VOLUME_BARS.1));
             let text = || format!("{}: {}, shadow {}", done.name, report::error(rmse), report::error(shadow));
             off.then(text)
         })
