@@ -175,6 +175,21 @@ impl DrawPass {
     }
 }
 
+/// A group of resources, bound in turn from 0 on.
+pub(crate) fn bind<const N: usize>(
+    device: &wgpu::Device,
+    label: &str,
+    layout: &wgpu::BindGroupLayout,
+    resources: [wgpu::BindingResource<'_>; N],
+) -> wgpu::BindGroup {
+    let entries: Vec<_> = resources
+        .into_iter()
+        .zip(0..)
+        .map(|(resource, binding)| wgpu::BindGroupEntry { binding, resource })
+        .collect();
+    device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some(label), layout, entries: &entries })
+}
+
 /// A compute pipeline of a shader of the library, with its override constants.
 pub(crate) fn compute_pipeline(
     device: &wgpu::Device,

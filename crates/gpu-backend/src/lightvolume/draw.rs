@@ -11,7 +11,7 @@ use super::{Leaves, LightMesh, Tessellation, TessellationPasses};
 use crate::checked::{created, filled_buffer, prepared};
 use crate::layout::{GRID_TILE, LightUniform, MeshUniform, row_bits};
 use crate::pass::{
-    Call, ComputePass, Dispatch, Draw, DrawPass, DrawTarget, Step, compute_pipeline, drawn, storage,
+    Call, ComputePass, Dispatch, Draw, DrawPass, DrawTarget, Step, bind, compute_pipeline, drawn, storage,
     storage_texture, storage_written, texture, uniform,
 };
 use crate::{CreateError, PrepareError, ShadowMap, shader};
@@ -271,6 +271,7 @@ impl LightVolumePasses {
         let head = to.leaves.map_or(&self.spare[0], |leaves| &leaves.head);
         let group = bind(
             device,
+            "light volume",
             &self.gate.0,
             [overflow, head, &arguments, &uniform].map(wgpu::Buffer::as_entire_binding),
         );
@@ -290,7 +291,7 @@ impl LightVolumePasses {
         Step::Compute(ComputePass {
             label: format!("{}, sums", to.label),
             pipeline: self.settle.1.clone(),
-            groups: vec![bind(device, &self.settle.0, resources)],
+            groups: vec![bind(device, "light volume", &self.settle.0, resources)],
             dispatch: Dispatch::Groups([to.size.0.div_ceil(8), to.size.1.div_ceil(8), 1]),
         })
     }
@@ -388,7 +389,7 @@ impl LightVolumePasses {
             to.kept.as_entire_binding(),
             overflow.as_entire_binding(),
         ];
-        bind(device, &self.layout, resources)
+        bind(device, "light volume", &self.layout, resources)
     }
 
     fn pipeline(
@@ -460,24 +461,6 @@ impl LightVolumePasses {
 
 fn view_of(texture: &wgpu::Texture) -> wgpu::TextureView {
     texture.create_view(&wgpu::TextureViewDescriptor::default())
-}
-
-/// A group of resources, bound in turn.
-fn bind<const N: usize>(
-    device: &wgpu::Device,
-    layout: &wgpu::BindGroupLayout,
-    resources: [wgpu::BindingResource<'_>; N],
-) -> wgpu::BindGroup {
-    let entries: Vec<_> = resources
-        .into_iter()
-        .zip(0..)
-        .map(|(resource, binding)| wgpu::BindGroupEntry { binding, resource })
-        .collect();
-    device.create_bind_group(&wgpu::BindGroupDescriptor {
-        label: Some("light volume"),
-        layout,
-        entries: &entries,
-    })
 }
 
 /// First index of each tile of an indexed grid.

@@ -8,8 +8,8 @@ use super::{Faces, ShadowVolume, compute};
 use crate::checked::{check_size, created, filled_buffer, prepared};
 use crate::layout::{ImagePlane, VolumeUniform};
 use crate::pass::{
-    Call, ComputePass, Dispatch, Draw, DrawPass, DrawTarget, Step, compute_pipeline, depth_texture, drawn,
-    storage, storage_texture, storage_written, uniform,
+    Call, ComputePass, Dispatch, Draw, DrawPass, DrawTarget, Step, bind, compute_pipeline, depth_texture,
+    drawn, storage, storage_texture, storage_written, uniform,
 };
 use crate::{CreateError, PrepareError, shader};
 
@@ -148,13 +148,13 @@ impl FacePasses {
             compute(ComputePass {
                 label: "shadow volume, tiles".into(),
                 pipeline: self.tiles.1.clone(),
-                groups: vec![group(device, &self.tiles.0, walked)],
+                groups: vec![bind(device, "shadow volume", &self.tiles.0, walked)],
                 dispatch: Dispatch::Indirect(volume.head.clone(), DISPATCH_AT),
             }),
             compute(ComputePass {
                 label: "shadow volume, faces".into(),
                 pipeline: self.resolve.1.clone(),
-                groups: vec![group(device, &self.resolve.0, resolved)],
+                groups: vec![bind(device, "shadow volume", &self.resolve.0, resolved)],
                 dispatch: over(texture),
             }),
         ]
@@ -203,7 +203,7 @@ impl FacePasses {
                     wgpu::BindingResource::TextureView(&depths[1]),
                     wgpu::BindingResource::TextureView(&view(texture)),
                 ];
-                let merged = group(device, &merge.0, merged);
+                let merged = bind(device, "shadow volume", &merge.0, merged);
                 let [near, far] = depths;
                 vec![
                     draw("shadow volume, front faces", front, DrawTarget::Depth(near, 0.0)),
@@ -223,23 +223,6 @@ impl FacePasses {
 /// One thread a texel, in groups of 8 × 8.
 fn over(texture: &wgpu::Texture) -> Dispatch {
     Dispatch::Groups([texture.width().div_ceil(8), texture.height().div_ceil(8), 1])
-}
-
-fn group<const N: usize>(
-    device: &wgpu::Device,
-    layout: &wgpu::BindGroupLayout,
-    resources: [wgpu::BindingResource<'_>; N],
-) -> wgpu::BindGroup {
-    let entries: Vec<_> = resources
-        .into_iter()
-        .zip(0..)
-        .map(|(resource, binding)| wgpu::BindGroupEntry { binding, resource })
-        .collect();
-    device.create_bind_group(&wgpu::BindGroupDescriptor {
-        label: Some("shadow volume"),
-        layout,
-        entries: &entries,
-    })
 }
 
 fn image(device: &wgpu::Device, label: &str, format: wgpu::TextureFormat, size: (u32, u32)) -> wgpu::Texture {
