@@ -1,6 +1,6 @@
 // Which quads of the levels 1 to 6 are too coarse: a workgroup takes 64 x 64 cells of a face. Out: a bit a quad in
 // `marks`, and what the quads of level 6 know of the cells under them. In: see shared/judge.wgsl.
-// Twin: crates/lightvolume/src/criterion.rs.
+// Twin: crates/lightvolume/src/{edge_map,distance}.rs.
 
 #import judge
 

@@ -1,7 +1,7 @@
 // Which quads are split: those that are too coarse, and those without which neighbours would differ by more than one
 // level. One workgroup a face, from the finest level up, 32 quads a word. Out: a bit a quad in `splits`; the number of
 // leaves. Where those are more than there is room for, the finest levels are left out until they fit.
-// Twin: crates/lightvolume/src/quadtree.rs.
+// Twin: crates/lightvolume/src/hierarchy.rs.
 
 #import judge
 #import leaf_head

@@ -1,7 +1,7 @@
 // The leaves of a tessellation and the triangles between their nodes: a thread takes the split quads of a word, and writes
 // those of their children that are not split further. Every leaf has sixteen places: its corners and edge middles in turn
 // from the upper left, and from 8 on the apex for a wall at its top, right, bottom and left edge. The first place of each
-// triangle is its own, so that the triangle's plane can hang on it. Twin: crates/lightvolume/src/{quadtree,stitch}.rs.
+// triangle is its own, so that the triangle's plane can hang on it. Twin: crates/lightvolume/src/{builder,stitch}.rs.
 
 #import tessellation
 #import leaf_head

@@ -1,9 +1,11 @@
 // Whether a quad of a tessellation is too coarse. The importing pass declares the texture `heights`.
-// Twin: crates/lightvolume/src/criterion.rs.
+// Twin: crates/lightvolume/src/{edge_map,distance}.rs.
 
 #import tessellation
 
-// a constant, since some drivers execute both sides of every branch
+const LAPLACIAN: u32 = 0u;
+
+// LAPLACIAN, or 1 for the distance; a constant, since some drivers execute both sides of every branch
 override CRITERION: u32 = 1u;
 
 // What is known of the cells under a quad: the error so far, or the greatest Laplacian (m); and the least height.

@@ -4,10 +4,7 @@
 // Level l has quads of 2^l x 2^l cells between nodes; those that stick out of the map end at its last node. A bit a quad
 // says that it is split, rows of 32-bit words, level by level and face by face. The importing pass declares the uniform
 // `tree` and, for `judge`, the texture `heights`. Twins: crates/gpu-backend/src/lightvolume/tessellation.rs (layout),
-// crates/lightvolume/src/quadtree.rs (functions).
-
-const LAPLACIAN: u32 = 0u;
-const DISTANCE: u32 = 1u;
+// crates/lightvolume/src/quads.rs (functions).
 
 struct Tree {
     last: vec2u,         // column and row of the last node

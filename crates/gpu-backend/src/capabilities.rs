@@ -7,8 +7,9 @@ pub const fn required_features() -> wgpu::Features {
     wgpu::Features::empty()
 }
 
-/// Features that are used where a device has them: times of each pass, the frontmost and backmost faces of shadow volumes
-/// in one draw instead of two, and light textures filtered in 32 bits instead of 16.
+/// Features that are used where a device has them: times of each pass, blending in 32 bits (the frontmost and backmost faces
+/// of shadow volumes in one draw instead of two, the terms of light volumes without fixed point), and light textures
+/// filtered in 32 bits instead of 16.
 pub const fn optional_features() -> wgpu::Features {
     wgpu::Features::TIMESTAMP_QUERY
         .union(wgpu::Features::FLOAT32_BLENDABLE)
@@ -26,7 +27,8 @@ pub fn required_limits() -> wgpu::Limits {
 pub struct Capabilities {
     /// Whether each pass can be timed on the GPU; without it only the wall clock around a submission is left.
     pub pass_times: bool,
-    /// Whether 32-bit floats blend: the outermost faces of a shadow volume are then found in one draw instead of two.
+    /// Whether 32-bit floats blend: the outermost faces of a shadow volume are then found in one draw instead of two, and
+    /// terms of light volumes are summed as floats instead of in fixed point.
     pub blends_float32: bool,
     /// Longest side of a shadow map; units: texels.
     pub largest_map: u32,
@@ -61,7 +63,7 @@ pub(crate) fn check_limits(device: &wgpu::Device) -> Result<(), CreateError> {
         ("max_uniform_buffers_per_shader_stage", 2, got.max_uniform_buffers_per_shader_stage),
         ("max_compute_invocations_per_workgroup", 256, got.max_compute_invocations_per_workgroup),
         ("max_compute_workgroup_size_x", 64, got.max_compute_workgroup_size_x),
-        ("max_compute_workgroup_storage_size", 4096, got.max_compute_workgroup_storage_size),
+        ("max_compute_workgroup_storage_size", 16_384, got.max_compute_workgroup_storage_size),
     ];
     for (name, needed, got) in needed {
         if got < needed {
