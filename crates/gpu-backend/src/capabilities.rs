@@ -57,10 +57,10 @@ pub(crate) fn check_limits(device: &wgpu::Device) -> Result<(), CreateError> {
     let got = device.limits();
     let needed: [(&'static str, u32, u32); 8] = [
         ("max_bind_groups", 4, got.max_bind_groups),
-        ("max_storage_buffers_per_shader_stage", 4, got.max_storage_buffers_per_shader_stage),
+        ("max_storage_buffers_per_shader_stage", 8, got.max_storage_buffers_per_shader_stage),
         ("max_sampled_textures_per_shader_stage", 10, got.max_sampled_textures_per_shader_stage),
         ("max_storage_textures_per_shader_stage", 4, got.max_storage_textures_per_shader_stage),
-        ("max_uniform_buffers_per_shader_stage", 2, got.max_uniform_buffers_per_shader_stage),
+        ("max_uniform_buffers_per_shader_stage", 4, got.max_uniform_buffers_per_shader_stage),
         ("max_compute_invocations_per_workgroup", 256, got.max_compute_invocations_per_workgroup),
         ("max_compute_workgroup_size_x", 64, got.max_compute_workgroup_size_x),
         ("max_compute_workgroup_storage_size", 16_384, got.max_compute_workgroup_storage_size),

@@ -172,6 +172,9 @@ pub enum PrepareError {
     /// A map or projection without meaning.
     #[error(transparent)]
     Map(#[from] shadowmap::ShadowMapError),
+    /// Settings of froxels without meaning, or what does not fit in them.
+    #[error(transparent)]
+    Froxels(#[from] froxel_grid::FroxelError),
     /// The technique cannot take what the frame asks for.
     #[error(transparent)]
     Refused(#[from] Refusal),

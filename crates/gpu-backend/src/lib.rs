@@ -49,6 +49,7 @@ mod context;
 mod draw;
 mod error;
 mod fog;
+mod froxel;
 mod layout;
 mod lightvolume;
 mod map;

@@ -1,12 +1,13 @@
 //! What a frame is made of: views, a medium, lights with their maps, and how airlight is computed.
 
+use froxel_grid::Froxels;
 pub use hybrid_march::Placement;
 use scene::{Aabb, AirlightModel, Camera, Light, Medium};
 use shadowmap::{DepthOrder, MapSurface};
 
 use crate::{Faces, GpuBvh, ShadowMap, ShadowVolume, Tessellation};
 
-/// Most lights of a frame.
+/// Most lights of a frame, but for [`Technique::Froxels`].
 pub const MAX_LIGHTS: usize = 8;
 
 /// A frame to prepare.
@@ -16,7 +17,7 @@ pub struct Frame<'a> {
     pub views: &'a [View<'a>],
     /// The medium.
     pub medium: &'a Medium,
-    /// The lights, [`MAX_LIGHTS`] at most.
+    /// The lights: [`MAX_LIGHTS`] at most, of froxels more.
     pub lamps: &'a [Lamp<'a>],
     /// How airlight of local lights is formed.
     pub model: AirlightModel,
@@ -146,6 +147,9 @@ pub enum Technique {
         /// by some 10⁻⁶ of the unshadowed airlight. `None` makes room for six, 56 bytes a pixel.
         kept: Option<u32>,
     },
+    /// Froxels with shadow rays of their own, or a shadow grid that all views share (Stojanovic et al. 2023). Lamps have
+    /// [`Shadows::Rays`] or none; up to [`froxel_grid::MAX_LIGHTS`] fit.
+    Froxels(Froxels),
 }
 
 /// How a march reads the picture of a spot.
@@ -236,7 +240,7 @@ impl Technique {
     /// How the technique looks maps up, where it marches.
     pub(crate) fn lookup(&self) -> Option<Lookup> {
         match self {
-            Self::ExactShadowMap { .. } | Self::LightVolume { .. } => None,
+            Self::ExactShadowMap { .. } | Self::LightVolume { .. } | Self::Froxels(_) => None,
             Self::BruteForce { lookup, .. } => Some(*lookup),
             Self::Hybrid(hybrid) => Some(hybrid.lookup),
         }

@@ -46,7 +46,8 @@ impl MipPictures {
             Technique::Hybrid(hybrid) => hybrid.picture.blur(),
             Technique::BruteForce { .. }
             | Technique::ExactShadowMap { .. }
-            | Technique::LightVolume { .. } => None,
+            | Technique::LightVolume { .. }
+            | Technique::Froxels(_) => None,
         };
         let mut kept: Vec<Known> = Vec::new();
         let mut views = Vec::new();

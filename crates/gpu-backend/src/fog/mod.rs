@@ -14,6 +14,7 @@ mod view;
 
 use std::collections::HashMap;
 
+use froxel_grid::{Counts, Froxels};
 use scene::{Density, Medium};
 
 pub use composite::CompositeTarget;
@@ -27,16 +28,19 @@ use low::{LowPasses, MOST_SCALE};
 use plan::{Shader, Variant, Work};
 use ray_ends::RayEnds;
 use targets::{Targets, check_view};
-use view::ViewPasses;
+use view::{ViewPasses, view_of};
 
 use crate::capabilities::check_limits;
 use crate::checked::{created, prepared};
+use crate::froxel::{FroxelContext, FroxelState, FroxelTarget};
+use crate::layout::ImagePlane;
 use crate::lightvolume::{Leaves, LightVolumePasses};
 use crate::map::{HostConverter, Pyramid, PyramidBuilder};
 use crate::pass::{Step, compute_pipeline, encode_all};
 use crate::read_radiance::{read_radiance, read_texels};
 use crate::timing::PassTimer;
 use crate::volume::{Key, ShadowVolume, VolumePasses, key_of};
+use crate::write_texture::write_texture;
 use crate::{CreateError, FrameStats, PassTime, PrepareError, ReadError, ShadowMap};
 
 /// How a [`Fog`] is made.
@@ -67,6 +71,8 @@ pub struct Fog {
     light_volumes: Option<LightVolumePasses>,
     /// Made when a frame first computes airlight for blocks of pixels.
     low: Option<LowPasses>,
+    /// Made when a frame first has froxels.
+    froxels: Option<FroxelState>,
     ray_ends: RayEnds,
     timer: Option<PassTimer>,
     views: Vec<ViewState>,
@@ -147,6 +153,7 @@ impl Fog {
             volumes: None,
             light_volumes: None,
             low: None,
+            froxels: None,
             ray_ends: RayEnds::new(device)?,
             timer: None,
             views: Vec::new(),
@@ -180,7 +187,11 @@ impl Fog {
         self.moved.clear();
         self.stats = FrameStats::default();
         let mut old: Vec<Targets> = self.views.drain(..).flat_map(ViewState::into_targets).collect();
-        if frame.lamps.len() > MAX_LIGHTS {
+        let froxels = match &frame.technique {
+            Technique::Froxels(froxels) => Some(froxels),
+            _ => None,
+        };
+        if froxels.is_none() && frame.lamps.len() > MAX_LIGHTS {
             return Err(PrepareError::TooManyLights { got: frame.lamps.len(), most: MAX_LIGHTS });
         }
         if !(1..=MOST_SCALE).contains(&frame.scattering_scale) {
@@ -192,6 +203,9 @@ impl Fog {
         let largest = device.limits().max_texture_dimension_2d;
         for (index, view) in frame.views.iter().enumerate() {
             check_view(index, view, largest)?;
+        }
+        if let Some(froxels) = froxels {
+            return self.prepare_froxels(device, queue, frame, froxels, old);
         }
         let mut work = plan::plan(frame)?;
         lights::check_maps(frame)?;
@@ -220,20 +234,9 @@ impl Fog {
                 ViewPasses { fog: self, device, queue, frame, view, work: &work, grid: &grid, pictures };
             views.push(passes.build(&mut old, &mut steps, &mut stats)?);
         }
-        if let (Some(target), Some(view)) = (self.target, views.first()) {
-            for (variant, _) in &view.draws {
-                if !self.composite.contains_key(variant) {
-                    let pipeline = composite::pipeline(device, &self.layouts.composite, &target, *variant)?;
-                    self.composite.insert(*variant, pipeline);
-                }
-            }
-        }
-        stats.passes = steps.iter().filter_map(|step| step.label().map(str::to_owned)).collect();
-        self.timer = PassTimer::reserve(device, self.timer.take(), stats.passes.len())?;
-        stats.bytes += views.iter().map(ViewState::bytes).sum::<u64>() + self.pictures.bytes();
-        stats.bytes += self.mips.bytes();
-        (self.views, self.steps, self.building, self.moved, self.stats) =
-            (views, steps, building, moved, stats);
+        stats.bytes += self.pictures.bytes() + self.mips.bytes();
+        self.finish(device, views, steps, stats)?;
+        (self.building, self.moved) = (building, moved);
         Ok(())
     }
 
@@ -330,6 +333,134 @@ impl Fog {
         let texture = self.airlight(view).ok_or(ReadError::Nothing("such view"))?;
         let texels = read_texels(device, queue, texture, "what was clamped")?;
         Ok(texels.into_iter().map(|texel| texel[3]).collect())
+    }
+
+    /// What froxels counted in the last frame, once its commands are submitted; submits a copy and waits for it.
+    ///
+    /// # Errors
+    /// [`ReadError::Nothing`] if no frame had froxels, [`ReadError::Device`] if the device is lost.
+    pub fn read_froxel_counts(
+        &self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+    ) -> Result<Counts, ReadError> {
+        self.froxels.as_ref().ok_or(ReadError::Nothing("frame of froxels"))?.read_counts(device, queue)
+    }
+
+    /// Shadow masks of the froxels that views trace for themselves, once the frame is submitted: views behind each other,
+    /// slice by slice, rows of whole groups of four cells, as many bits a cell as masks have. For tests.
+    ///
+    /// # Errors
+    /// As [`Fog::read_froxel_counts`].
+    pub fn read_near_masks(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<Vec<u32>, ReadError> {
+        self.froxels.as_ref().ok_or(ReadError::Nothing("frame of froxels"))?.read_near_masks(device, queue)
+    }
+
+    /// Shadow masks of the shared grid, once the frame is submitted, and the keys of its bricks: 0 where there is none, else
+    /// 1 + x + 2¹⁰ y + 2²⁰ z of the brick, and 2³⁰ more in the finer of two grids. For tests.
+    ///
+    /// # Errors
+    /// As [`Fog::read_froxel_counts`].
+    pub fn read_shadow_grid(
+        &self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+    ) -> Result<(Vec<u32>, Vec<u32>), ReadError> {
+        self.froxels.as_ref().ok_or(ReadError::Nothing("frame of froxels"))?.read_grid(device, queue)
+    }
+
+    /// Forgets what froxels have accumulated over frames, and what the shadow grid holds: for a camera that cuts to another
+    /// place, and casters that were changed in place.
+    pub fn forget(&mut self) {
+        if let Some(froxels) = &mut self.froxels {
+            froxels.forget();
+        }
+    }
+
+    /// [`Fog::prepare`] of a frame of froxels.
+    fn prepare_froxels(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        frame: &Frame<'_>,
+        froxels: &Froxels,
+        mut old: Vec<Targets>,
+    ) -> Result<(), PrepareError> {
+        FroxelContext::check(frame, froxels)?;
+        if self.froxels.is_none() {
+            self.froxels = Some(FroxelState::new(device)?);
+        }
+        let density = self.grid.of(device, queue, frame.medium, &self.stand_ins)?;
+        let (mut stats, mut steps) = (FrameStats::default(), Vec::new());
+        let (mut views, mut targets) = (Vec::new(), Vec::new());
+        let pictures = lights::LightPictures { plain: &[], mips: &[] };
+        for view in frame.views {
+            let passes =
+                ViewPasses { fog: self, device, queue, frame, view, work: &[], grid: &density, pictures };
+            let mut own = passes.targets(&mut old, view.size)?;
+            own.reserve(device, 1)?;
+            let image = passes.image(ImagePlane::new(view.camera, view.size), 1)?;
+            passes.find_ends(&image, &own, &mut steps)?;
+            let draws = prepared(device, "a view", || {
+                let airlight = own.airlight[0].as_ref().map(view_of);
+                let ends = view_of(&own.ray_ends);
+                if let Some(airlight) = &airlight {
+                    targets.push(FroxelTarget {
+                        ray_ends: ends.clone(),
+                        airlight: airlight.clone(),
+                        uniform: image.uniform.clone(),
+                    });
+                }
+                self.draws(device, frame.medium, &image.uniform, &ends, &airlight, &density)
+            })?;
+            views.push(ViewState { targets: own, low: Vec::new(), result: 0, draws });
+        }
+        let Medium { coefficients, emission, .. } = frame.medium;
+        if *emission == [0.0; 3] && (coefficients.is_clear() || frame.lamps.is_empty()) {
+            // nothing glows and nothing is lit
+            prepared(device, "a view", || {
+                for texture in views.iter().filter_map(|view| view.targets.airlight[0].as_ref()) {
+                    let texels = texture.width() as usize * texture.height() as usize;
+                    write_texture(queue, texture, &vec![0; 16 * texels], 16);
+                }
+            })?;
+            return self.finish(device, views, steps, stats);
+        }
+        let context = FroxelContext {
+            device,
+            frame,
+            froxels,
+            targets: &targets,
+            density: &density,
+            stand_in: &self.stand_ins.volume,
+        };
+        if let Some(state) = &mut self.froxels {
+            state.build(&context, &mut steps, &mut stats)?;
+        }
+        self.finish(device, views, steps, stats)
+    }
+
+    /// Keeps what a frame was prepared to, with what draws and times it.
+    fn finish(
+        &mut self,
+        device: &wgpu::Device,
+        views: Vec<ViewState>,
+        steps: Vec<Step>,
+        mut stats: FrameStats,
+    ) -> Result<(), PrepareError> {
+        if let (Some(target), Some(view)) = (self.target, views.first()) {
+            for (variant, _) in &view.draws {
+                if !self.composite.contains_key(variant) {
+                    let pipeline = composite::pipeline(device, &self.layouts.composite, &target, *variant)?;
+                    self.composite.insert(*variant, pipeline);
+                }
+            }
+        }
+        stats.passes = steps.iter().filter_map(|step| step.label().map(str::to_owned)).collect();
+        self.timer = PassTimer::reserve(device, self.timer.take(), stats.passes.len())?;
+        stats.bytes += views.iter().map(ViewState::bytes).sum::<u64>();
+        (self.views, self.steps, self.stats) = (views, steps, stats);
+        Ok(())
     }
 
     /// Makes what the light volumes of a frame are drawn with, and says how their sums come.

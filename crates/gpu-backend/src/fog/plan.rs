@@ -188,6 +188,7 @@ pub(crate) fn plan(frame: &Frame<'_>) -> Result<Vec<Work>, Refusal> {
             }
             Technique::Hybrid(_) => return Err(refused_by_hybrid("an emitting medium")),
             Technique::LightVolume { .. } => return Err(refused_by_volume("an emitting medium")),
+            Technique::Froxels(_) => return Err(UNPLANNED),
             Technique::BruteForce { samples, .. } => {
                 let variant = Variant { light: 3, ..variant(frame, Shader::MarchVarying) };
                 work.push(march(variant, None, "glow".into(), samples, 0, 0));
@@ -210,6 +211,10 @@ fn refused(feature: &'static str) -> Refusal {
 fn refused_by_hybrid(feature: &'static str) -> Refusal {
     Refusal { technique: "hybrid", feature, instead: "brute-force" }
 }
+
+/// Froxels are lit by all lights at once, and their frames are made in `froxel/frame.rs`.
+const UNPLANNED: Refusal =
+    Refusal { technique: "froxels", feature: "a pass for each light", instead: "Fog::prepare" };
 
 fn refused_by_volume(feature: &'static str) -> Refusal {
     Refusal { technique: "light-volume", feature, instead: "brute-force" }
@@ -300,6 +305,7 @@ fn of_lamp(frame: &Frame<'_>, index: usize, lamp: &Lamp<'_>) -> Result<Work, Ref
             }
             Ok(exact(surface == shadowmap::MapSurface::Linear))
         }
+        Technique::Froxels(_) => Err(UNPLANNED),
         Technique::LightVolume { tessellation, kept } => {
             check_light_volume(frame, lamp)?;
             if !shadowed {

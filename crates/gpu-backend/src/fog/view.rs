@@ -29,10 +29,10 @@ pub(super) struct ViewPasses<'a> {
 }
 
 /// An image that airlight is computed for.
-struct Image {
+pub(super) struct Image {
     plane: ImagePlane,
     basis: Basis,
-    uniform: wgpu::Buffer,
+    pub(super) uniform: wgpu::Buffer,
     /// Pixels of the view along the side of a pixel of the image.
     scale: u32,
     /// The same for the image that faces were found for.
@@ -51,7 +51,7 @@ struct Crossings {
     group: wgpu::BindGroup,
 }
 
-fn view_of(texture: &wgpu::Texture) -> wgpu::TextureView {
+pub(super) fn view_of(texture: &wgpu::Texture) -> wgpu::TextureView {
     texture.create_view(&wgpu::TextureViewDescriptor::default())
 }
 
@@ -130,7 +130,7 @@ impl ViewPasses<'_> {
     }
 
     /// Textures of `size`: those of the frame before, if there are any.
-    fn targets(&self, old: &mut Vec<Targets>, size: (u32, u32)) -> Result<Targets, PrepareError> {
+    pub(super) fn targets(&self, old: &mut Vec<Targets>, size: (u32, u32)) -> Result<Targets, PrepareError> {
         let mut targets = match old.iter().position(|targets| targets.size == size) {
             Some(index) => old.swap_remove(index),
             None => Targets::new(self.device, size)?,
@@ -153,7 +153,7 @@ impl ViewPasses<'_> {
         !self.work.is_empty() && self.work.iter().all(fits)
     }
 
-    fn image(&self, plane: ImagePlane, scale: u32) -> Result<Image, PrepareError> {
+    pub(super) fn image(&self, plane: ImagePlane, scale: u32) -> Result<Image, PrepareError> {
         let View { camera, max_distance, .. } = self.view;
         let uniform = ViewUniform::new(camera, &plane, *max_distance, self.frame.medium);
         let uniform = prepared(self.device, "a view", || {
@@ -171,7 +171,12 @@ impl ViewPasses<'_> {
     }
 
     /// Where the rays of all pixels end.
-    fn find_ends(&self, image: &Image, targets: &Targets, steps: &mut Vec<Step>) -> Result<(), PrepareError> {
+    pub(super) fn find_ends(
+        &self,
+        image: &Image,
+        targets: &Targets,
+        steps: &mut Vec<Step>,
+    ) -> Result<(), PrepareError> {
         prepared(self.device, "a view", || {
             if let SceneDepth::Buffer { texture, order, near, far } = self.view.depth {
                 steps.push(Step::Compute(self.fog.ray_ends.pass(

@@ -1,0 +1,33 @@
+// Radiance and density summed up from the eye to the end of each slice, column by column: scattered light is integrated over
+// a slice with the extinction in it, which conserves energy in slices of any depth (Hillaire 2015).
+//
+// Twin: crates/froxel-grid/src/accumulate.rs.
+
+#import froxel
+#import froxel_which
+
+@group(2) @binding(1) var lit_volume: texture_3d<f32>;
+// W/(m^2 sr) in rgb, the integral of the density in alpha (m)
+@group(2) @binding(2) var accumulated: texture_storage_3d<rgba32float, write>;
+
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) id: vec3u) {
+    let froxel_view = froxel_views.views[which.view];
+    if any(id.xy >= froxel_view.tiles) {
+        return;
+    }
+    let reach = reach_of(froxel_view, id.xy);
+    var sum = vec4f();
+    for (var k = 0u; k < froxels.slices; k++) {
+        let start = slice_start(k);
+        if start >= reach {
+            break;
+        }
+        let value = textureLoad(lit_volume, vec3u(id.xy, k), 0);
+        let depth = slice_start(k + 1u) - start;
+        let y = froxels.sigma_t * (value.a * depth);
+        let inside = vec3f(phi(y.x), phi(y.y), phi(y.z));
+        sum += vec4f(exp(-froxels.sigma_t * sum.a) * value.rgb * inside, value.a) * depth;
+        textureStore(accumulated, vec3u(id.xy, k), sum);
+    }
+}

@@ -1,0 +1,290 @@
+// What each froxel of a view scatters towards the eye, by metre, and how dense the medium is in it (Hillaire 2015;
+// Stojanovic et al. 2023, section 3.1.3), over the frames before where they are kept.
+//
+// Threads are froxels, 4 x 4 x 4 a group. Twin: crates/froxel-grid/src/lighting.rs.
+
+#import froxel
+#import froxel_voxels
+#import froxel_which
+#import phase
+#import medium_path
+
+override BOUNDED: bool = false;
+override DENSITY: u32 = 0u;
+override ISOTROPIC: bool = true;
+override HOFFMAN_PREETHAM: bool = false;
+// whether slices behind those of the view's own volume read the grid
+override GRID: bool = false;
+// whether some light has a picture
+override TEXTURED: bool = false;
+
+@group(2) @binding(1) var<uniform> view: View;
+@group(2) @binding(2) var density_grid: texture_3d<f32>;
+// the volume of the frame before
+@group(2) @binding(3) var history: texture_3d<f32>;
+// W/(m^3 sr) in rgb, density in alpha; -1 where a froxel is not lit
+@group(2) @binding(4) var lit_volume: texture_storage_3d<rgba32float, write>;
+// pictures of all lights, row by row; linear RGB
+@group(2) @binding(5) var<storage, read> pictures: array<vec4f>;
+
+var<workgroup> group_counts: array<atomic<u32>, 4>;
+
+// side of a square over which 1/h has the mean that it has at this share of it
+const MEAN_OFFSET: f32 = 0.284;
+
+fn picture_texel(light: FroxelLight, at: vec2i) -> vec3f {
+    let inside = clamp(at, vec2i(0), vec2i(light.picture) - 1);
+    return pictures[light.first_texel + u32(inside.y) * light.picture.x + u32(inside.x)].rgb;
+}
+
+fn picture_colour(light: FroxelLight, from_light: vec3f) -> vec3f {
+    let k = light.tan_outer * dot(from_light, light.axis);
+    let at = vec2f(0.5 + 0.5 * dot(from_light, light.right) / k, 0.5 - 0.5 * dot(from_light, light.top) / k);
+    let texel = at * vec2f(light.picture);
+    if light.nearest_texel != 0u {
+        return picture_texel(light, vec2i(floor(texel)));
+    }
+    let low = floor(texel - 0.5);
+    let f = texel - 0.5 - low;
+    let upper = mix(picture_texel(light, vec2i(low)), picture_texel(light, vec2i(low) + vec2i(1, 0)), f.x);
+    let lower =
+        mix(picture_texel(light, vec2i(low) + vec2i(0, 1)), picture_texel(light, vec2i(low) + vec2i(1, 1)), f.x);
+    return mix(upper, lower, f.y);
+}
+
+// Radiant intensity towards a point; units: W/sr.
+fn intensity_towards(light: FroxelLight, from_light: vec3f) -> vec3f {
+    if light.kind == POINT_LIGHT {
+        return light.power;
+    }
+    let cosine = dot(from_light, light.axis) / max(length(from_light), 1e-30);
+    let share = clamp((cosine - light.cos_outer) / max(light.cos_inner - light.cos_outer, 0.001), 0.0, 1.0);
+    var colour = light.power * share * share;
+    if TEXTURED && light.picture.x > 0u {
+        colour *= picture_colour(light, from_light);
+    }
+    return colour;
+}
+
+// Mean of 1/d^2 over a slice of a ray from the eye; a froxel is as wide as its tile, so that the ray passes the light at
+// no less than the mean distance of a froxel's rays; units: 1/m^2.
+fn mean_inverse_square(to_light: vec3f, direction: vec3f, slice: vec2f, width: f32) -> f32 {
+    let foot = dot(to_light, direction);
+    let h = max(length(to_light - foot * direction), MEAN_OFFSET * width);
+    let depth = slice.y - slice.x;
+    let angle = accurate_angle(h * depth, h * h + (slice.x - foot) * (slice.y - foot));
+    return angle / (h * depth);
+}
+
+// Phase value between unit vectors to the light and along the view ray; units: 1/sr.
+fn phase_of(to_light: vec3f, direction: vec3f) -> f32 {
+    if ISOTROPIC {
+        return INV_4PI;
+    }
+    var sum = 0.0;
+    for (var i = 0u; i < view.lobe_count; i++) {
+        let lobe = view.lobes[i];
+        sum += lobe.x * lobe_between(Lobe(u32(lobe.y), lobe.z), to_light, direction);
+    }
+    return sum;
+}
+
+// Density between a point (from the eye) and a light, summed up; units: m.
+fn way_path(light: FroxelLight, point: vec3f, to_light: vec3f) -> f32 {
+    if light.kind == DIRECTIONAL_LIGHT {
+        if !BOUNDED && DENSITY != GRID_DENSITY {
+            return 0.0;
+        }
+        return optical_path(point, light.position, vec2f(0.0, ENDLESS));
+    }
+    let distance = length(to_light);
+    return optical_path(point, to_light / max(distance, 1e-30), vec2f(0.0, distance));
+}
+
+struct Sample {
+    point: vec3f,     // units: m
+    from_eye: vec3f,  // the same without the eye
+    direction: vec3f, // unit
+    slice: vec2f,     // distances at which its slice begins and ends
+    width: f32,       // of the froxel; units: m
+}
+
+// What a light that nothing shadows adds to a froxel, over its density and scattering coefficient; units: W/(m^2 sr).
+fn unshadowed(light: FroxelLight, froxel: Sample, eye: vec3f) -> vec3f {
+    let to_light = select(light.position - froxel.point, light.position, light.kind == DIRECTIONAL_LIGHT);
+    let unit = to_light / max(length(to_light), 1e-30);
+    var arriving = light.power;
+    if light.kind != DIRECTIONAL_LIGHT {
+        arriving = intensity_towards(light, -to_light);
+        if !HOFFMAN_PREETHAM {
+            let from_eye = light.position - eye;
+            arriving *= mean_inverse_square(from_eye, froxel.direction, froxel.slice, froxel.width);
+        }
+    }
+    if !HOFFMAN_PREETHAM {
+        arriving *= exp(-view.sigma_t * way_path(light, froxel.from_eye, to_light));
+    }
+    return arriving * phase_of(unit, froxel.direction);
+}
+
+// How lit a light is by the grid at a point: its bit, or the mean of eight.
+fn grid_visibility(point: vec3f, light: u32, fine: bool, missed: ptr<function, u32>, dropped: ptr<function, u32>) -> f32 {
+    if !TRILINEAR {
+        let voxel = alternate(voxel_at(point, fine), fine);
+        let chosen = chosen_lights(voxel_center(voxel, fine));
+        if SELECTS && ((chosen >> light) & 1u) == 0u {
+            *dropped += 1u;
+            return 0.0;
+        }
+        return f32((voxel_mask(voxel, fine, missed) >> light_bit(chosen, light)) & 1u);
+    }
+    let around = voxels_around(point, fine);
+    var sum = 0.0;
+    var drops = 0u;
+    for (var i = 0u; i < 8u; i++) {
+        let weight = corner_weight(around, i);
+        if weight == 0.0 {
+            continue;
+        }
+        let voxel = alternate(corner_voxel(around, i), fine);
+        let chosen = chosen_lights(voxel_center(voxel, fine));
+        if SELECTS && ((chosen >> light) & 1u) == 0u {
+            drops = 1u;
+            continue;
+        }
+        sum += weight * f32((voxel_mask(voxel, fine, missed) >> light_bit(chosen, light)) & 1u);
+    }
+    *dropped += drops;
+    return sum;
+}
+
+// How lit each light is at a froxel that reads the view's own volume.
+fn near_lit(froxel_view: FroxelView, tile: vec2u, k: u32, asked: u32, dropped: ptr<function, u32>) -> u32 {
+    let cell = tile / froxels.near_side;
+    let distance = slice_distance(k, froxels.jitter);
+    let mask = near_mask(froxel_view, tile, k);
+    if !SELECTS {
+        return mask;
+    }
+    let chosen = chosen_lights(froxel_view.eye + distance * froxel_direction(froxel_view, cell, froxels.near_side));
+    *dropped += countOneBits(asked & ~chosen);
+    var lit = 0u;
+    var left = asked & chosen;
+    while left != 0u {
+        let i = firstTrailingBit(left);
+        left &= left - 1u;
+        lit |= ((mask >> light_bit(chosen, i)) & 1u) << i;
+    }
+    return lit;
+}
+
+// What the frames before knew of a froxel's middle: alpha is negative where that is nothing.
+fn remembered(point: vec3f) -> vec4f {
+    let place = froxel_place(which.before, point);
+    if place.z < 0.0 {
+        return vec4f(-1.0);
+    }
+    let at = place - 0.5;
+    let low = floor(at);
+    let share = at - low;
+    let dims = vec3f(vec3u(which.before.tiles, froxels.slices));
+    var sum = vec4f();
+    var weights = 0.0;
+    for (var i = 0u; i < 8u; i++) {
+        let upper = vec3<bool>((i & 1u) != 0u, (i & 2u) != 0u, (i & 4u) != 0u);
+        let corner = low + select(vec3f(0.0), vec3f(1.0), upper);
+        if any(corner < vec3f(0.0)) || any(corner >= dims) {
+            continue;
+        }
+        let shares = select(1.0 - share, share, upper);
+        let value = textureLoad(history, vec3i(corner), 0);
+        let weight = select(0.0, shares.x * shares.y * shares.z, value.a >= 0.0);
+        sum += weight * value;
+        weights += weight;
+    }
+    if weights < 0.5 {
+        return vec4f(-1.0);
+    }
+    return sum / weights;
+}
+
+// Radiance by metre of a froxel in front of the surfaces, and the density.
+fn light_froxel(froxel_view: FroxelView, id: vec3u, missed: ptr<function, u32>, dropped: ptr<function, u32>) -> vec4f {
+    let direction = froxel_direction(froxel_view, id.xy, 1u);
+    let distance = slice_distance(id.z, froxels.jitter);
+    let from_eye = distance * direction;
+    let slice = vec2f(slice_start(id.z), slice_start(id.z + 1u));
+    let width = f32(froxels.tile) * froxel_view.scale.x * distance;
+    let froxel = Sample(froxel_view.eye + from_eye, from_eye, direction, slice, width);
+    let point = froxel.point;
+    if !is_within(point, froxels.medium_min, froxels.medium_max) {
+        return vec4f();
+    }
+    let density = density_at(from_eye);
+    let asked = needs(point);
+    var near_bits = 0u;
+    let is_near = !GRID || id.z < froxels.near_slices;
+    if is_near && asked != 0u {
+        near_bits = near_lit(froxel_view, id.xy, id.z, asked, dropped);
+    }
+    var scattered = vec3f();
+    for (var i = 0u; i < froxels.light_count; i++) {
+        if !shines(froxels.lights[i], point) {
+            continue;
+        }
+        var visibility = 1.0;
+        if ((asked >> i) & 1u) != 0u {
+            if is_near {
+                visibility = f32((near_bits >> i) & 1u);
+            } else if GRID {
+                let read = stand_in(froxels.lights[i], point);
+                visibility = grid_visibility(read, i, id.z < froxels.fine_slices, missed, dropped);
+            }
+        }
+        if visibility > 0.0 {
+            scattered += visibility * unshadowed(froxels.lights[i], froxel, froxel_view.eye);
+        }
+    }
+    return vec4f(density * (view.emission + view.sigma_s * scattered), density);
+}
+
+@compute @workgroup_size(4, 4, 4)
+fn main(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_index) index: u32) {
+    if index < 4u {
+        atomicStore(&group_counts[index], 0u);
+    }
+    workgroupBarrier();
+    let froxel_view = froxel_views.views[which.view];
+    if all(id < vec3u(froxel_view.tiles, froxels.slices)) {
+        var value = vec4f(0.0, 0.0, 0.0, -1.0);
+        if slice_start(id.z) < reach_of(froxel_view, id.xy) {
+            var missed = 0u;
+            var dropped = 0u;
+            value = light_froxel(froxel_view, id, &missed, &dropped);
+            let is_sound = all(value >= vec4f(0.0)) && all(value < vec4f(1e38));
+            value = select(vec4f(), value, vec4<bool>(is_sound));
+            if which.has_history != 0u {
+                let middle = froxel_view.eye + slice_distance(id.z, 0.5) * froxel_direction(froxel_view, id.xy, 1u);
+                let before = remembered(middle);
+                if before.a >= 0.0 {
+                    value = mix(before, value, which.newest);
+                }
+            }
+            atomicAdd(&group_counts[0], 1u);
+            atomicAdd(&group_counts[1], missed);
+            atomicAdd(&group_counts[2], dropped);
+            atomicAdd(&group_counts[3], u32(!is_sound));
+        }
+        textureStore(lit_volume, vec3i(id), value);
+    }
+    workgroupBarrier();
+    if index == 0u {
+        let lit = atomicLoad(&group_counts[0]);
+        if lit > 0u {
+            atomicAdd(&counts[FROXELS], lit);
+            atomicAdd(&counts[MISSED], atomicLoad(&group_counts[1]));
+            atomicAdd(&counts[DROPPED], atomicLoad(&group_counts[2]));
+            atomicAdd(&counts[NOT_FINITE], atomicLoad(&group_counts[3]));
+        }
+    }
+}

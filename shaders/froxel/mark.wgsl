@@ -1,0 +1,73 @@
+// Marks the voxels that froxels will read, and the lights that they will ask them for. All views in one dispatch.
+//
+// A mark is the very bit that the ray's answer then takes the place of, so that marks need no memory of their own.
+
+#import froxel
+#import froxel_voxels
+
+fn mark_voxel(voxel: vec3u, fine: bool, lights: u32) {
+    let read = alternate(voxel, fine);
+    let bits = to_bits(lights, chosen_lights(voxel_center(read, fine)));
+    if bits == 0u {
+        return;
+    }
+    var word = 0u;
+    if BRICKS {
+        let place = make_brick(brick_key(read, fine));
+        if place == NOWHERE {
+            return;
+        }
+        word = brick_word(place, read);
+    } else {
+        word = dense_word(read);
+    }
+    let shifted = bits << voxel_shift(read);
+    // most voxels are marked by several froxels: a read is cheaper than a write that changes nothing
+    if (load_word(word) & shifted) != shifted {
+        or_word(word, shifted);
+    }
+}
+
+fn mark_point(point: vec3f, fine: bool, lights: u32) {
+    if !TRILINEAR {
+        mark_voxel(voxel_at(point, fine), fine, lights);
+        return;
+    }
+    let around = voxels_around(point, fine);
+    for (var i = 0u; i < 8u; i++) {
+        if corner_weight(around, i) > 0.0 {
+            mark_voxel(corner_voxel(around, i), fine, lights);
+        }
+    }
+}
+
+@compute @workgroup_size(4, 4, 4)
+fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
+    let far_slices = froxels.slices - froxels.near_slices;
+    let layers = (far_slices + 3u) / 4u;
+    let view = froxel_views.views[group.z / layers];
+    let tile = group.xy * 4u + local.xy;
+    let k = froxels.near_slices + (group.z % layers) * 4u + local.z;
+    if any(tile >= view.tiles) || k >= froxels.slices {
+        return;
+    }
+    if slice_start(k) >= reach_of(view, tile) {
+        return;
+    }
+    let point = view.eye + slice_distance(k, froxels.jitter) * froxel_direction(view, tile, 1u);
+    let asked = needs(point);
+    let fine = k < froxels.fine_slices;
+    if is_within(point, froxels.grid_min, froxels.grid_max) {
+        if asked != 0u {
+            mark_point(point, fine, asked);
+        }
+        return;
+    }
+    // nothing shadows it outside of the box: its shadow is that of where the way to the light enters
+    var left = asked;
+    while left != 0u {
+        let i = firstTrailingBit(left);
+        left &= left - 1u;
+        mark_point(stand_in(froxels.lights[i], point), fine, 1u << i);
+    }
+}
