@@ -74,9 +74,22 @@ impl Show {
     }
 
     fn on_gpu(&self, gpu: &GpuContext, fog: &mut Fog, froxels: Froxels) -> (Vec<Vec<[f32; 3]>>, Counts) {
-        let bvh = GpuBvh::upload(&gpu.device, &self.bvh).unwrap();
+        self.traced_in(&self.uploaded(gpu), gpu, fog, froxels)
+    }
+
+    fn uploaded(&self, gpu: &GpuContext) -> GpuBvh {
+        GpuBvh::upload(&gpu.device, &self.bvh).unwrap()
+    }
+
+    fn traced_in(
+        &self,
+        bvh: &GpuBvh,
+        gpu: &GpuContext,
+        fog: &mut Fog,
+        froxels: Froxels,
+    ) -> (Vec<Vec<[f32; 3]>>, Counts) {
         let casters = self.stage.bvh.bounds();
-        let shadows = (!casters.is_empty()).then_some(Shadows::Rays { bvh: &bvh, casters });
+        let shadows = (!casters.is_empty()).then_some(Shadows::Rays { bvh, casters });
         let lamps: Vec<Lamp<'_>> =
             self.lights.iter().map(|light| Lamp { light, shadows, volume: None }).collect();
         let views: Vec<View<'_>> = (self.cameras.iter().zip(&self.ends))
@@ -204,9 +217,10 @@ fn grid_masks(gpu: &GpuContext, fog: &Fog, cpu: &FroxelFog, grid: &SharedGrid) -
 /// Compares `frames` frames on both, the cameras turned a little from one to the next; how many masks were compared.
 fn check(gpu: &GpuContext, show: &mut Show, froxels: Froxels, frames: u32, label: &str) {
     let mut on_gpu = fog(gpu);
+    let bvh = show.uploaded(gpu);
     let mut on_cpu = FroxelFog::new(froxels).unwrap();
     for frame in 0..frames {
-        let (gpu_pictures, gpu_counts) = show.on_gpu(gpu, &mut on_gpu, froxels);
+        let (gpu_pictures, gpu_counts) = show.traced_in(&bvh, gpu, &mut on_gpu, froxels);
         let (cpu_pictures, cpu_counts) = show.on_cpu(&mut on_cpu);
         let near = near_masks(show, gpu, &on_gpu, &on_cpu, &froxels);
         let grid = froxels.grid().filter(|_| !on_cpu.lattices().is_empty());
