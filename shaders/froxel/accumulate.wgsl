@@ -6,6 +6,9 @@
 #import froxel
 #import froxel_which
 
+// whether the channels are attenuated alike
+override ACHROMATIC: bool = true;
+
 @group(2) @binding(1) var lit_volume: texture_3d<f32>;
 // W/(m^2 sr) in rgb, the integral of the density in alpha (m)
 @group(2) @binding(2) var accumulated: texture_storage_3d<rgba32float, write>;
@@ -18,6 +21,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     }
     let reach = reach_of(froxel_view, id.xy);
     var sum = vec4f();
+    var lit = 0u;
     for (var k = 0u; k < froxels.slices; k++) {
         let start = slice_start(k);
         if start >= reach {
@@ -25,9 +29,15 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         }
         let value = textureLoad(lit_volume, vec3u(id.xy, k), 0);
         let depth = slice_start(k + 1u) - start;
-        let y = froxels.sigma_t * (value.a * depth);
-        let inside = vec3f(phi(y.x), phi(y.y), phi(y.z));
-        sum += vec4f(exp(-froxels.sigma_t * sum.a) * value.rgb * inside, value.a) * depth;
+        let path = value.a * depth;
+        var seen = vec3f(exp(-froxels.sigma_t.x * sum.a) * phi(froxels.sigma_t.x * path));
+        if !ACHROMATIC {
+            let y = froxels.sigma_t * path;
+            seen = exp(-froxels.sigma_t * sum.a) * vec3f(phi(y.x), phi(y.y), phi(y.z));
+        }
+        sum += vec4f(seen * value.rgb, value.a) * depth;
         textureStore(accumulated, vec3u(id.xy, k), sum);
+        lit++;
     }
+    atomicAdd(&counts[FROXELS], lit);
 }

@@ -19,6 +19,7 @@ var<workgroup> list_end: u32;
 var<workgroup> asked_bits: atomic<u32>;
 var<workgroup> block_bits: u32;
 var<workgroup> traced_voxels: atomic<u32>;
+var<workgroup> block_count: u32;
 
 // Whether a view has the point in its frustum.
 fn is_seen(view: FroxelView, point: vec3f) -> bool {
@@ -41,20 +42,13 @@ fn is_seen_by_any(point: vec3f) -> bool {
     return false;
 }
 
-@compute @workgroup_size(64)
-fn main(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_index) thread: u32) {
-    let block = group.y * groups.x + group.x;
-    var key = 0u;
+// All rays of a block: a brick by its place, or a block of dense voxels by its number.
+fn trace_block(block: u32, thread: u32) {
     var first = vec3u();
     var fine = false;
-    var is_there = block < froxels.blocks;
     if BRICKS {
-        if is_there {
-            key = atomicLoad(&keys[block]);
-        }
-        is_there = key != 0u;
-        let code = key - 1u;
-        fine = is_there && (code >> 30u) != 0u;
+        let code = atomicLoad(&keys[block]) - 1u;
+        fine = (code >> 30u) != 0u;
         first = vec3u(code & 1023u, (code >> 10u) & 1023u, (code >> 20u) & 1023u) * 8u;
     } else {
         let blocks = (froxels.dims + 7u) / 8u;
@@ -63,20 +57,17 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: ve
     if thread == 0u {
         atomicStore(&asked_bits, 0u);
         atomicStore(&traced_voxels, 0u);
-        if BRICKS && is_there {
-            atomicAdd(&counts[BRICKS_USED], 1u);
-        }
     }
     workgroupBarrier();
 
     // a thread has a row of eight voxels
     let dims = level_dims(fine);
     let row = first + vec3u(0u, thread & 7u, thread >> 3u);
-    let row_is_there = is_there && all(row < dims);
+    let row_is_there = all(row < dims);
     let lanes = 32u / LIGHT_BITS;
     let row_words = LIGHT_BITS / 4u;
     let mask = 0xffffffffu >> (32u - LIGHT_BITS);
-    let every_bit = 0xffffffffu >> (32u - min(froxels.light_count, LIGHT_BITS));
+    let every_bit = 0xffffffffu >> (32u - min(LIGHTS, LIGHT_BITS));
     let is_its_turn = froxels.everything != 0u || (row.z & 1u) == froxels.parity;
     var first_word = 0u;
     if BRICKS {
@@ -92,7 +83,7 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: ve
         if row_is_there && voxel.x < dims.x {
             if MARKED {
                 bits = (load_word(first_word + x / lanes) >> ((x % lanes) * LIGHT_BITS)) & mask;
-            } else if is_its_turn && froxels.light_count > 0u {
+            } else if is_its_turn && LIGHTS > 0u {
                 bits = select(0u, every_bit, is_seen_by_any(voxel_center(voxel, fine)));
             }
         }
@@ -165,5 +156,29 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: ve
     if thread == 0u {
         atomicAdd(&counts[GRID_RAYS], rays);
         atomicAdd(&counts[VOXELS], atomicLoad(&traced_voxels));
+    }
+}
+
+@compute @workgroup_size(64)
+fn main(
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(num_workgroups) groups: vec3u,
+    @builtin(local_invocation_index) thread: u32,
+) {
+    if !BRICKS {
+        let block = group.y * groups.x + group.x;
+        if block < froxels.blocks {
+            trace_block(block, thread);
+        }
+        return;
+    }
+    // how many bricks there are is known here alone: as many groups as run at once take them in turns
+    if thread == 0u {
+        block_count = min(atomicLoad(&counts[BRICKS_USED]), froxels.bricks);
+    }
+    let count = workgroupUniformLoad(&block_count);
+    for (var i = group.x; i < count; i += groups.x) {
+        trace_block(atomicLoad(&keys[froxels.bricks + i]), thread);
+        workgroupBarrier();
     }
 }

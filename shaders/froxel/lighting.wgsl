@@ -1,7 +1,7 @@
 // What each froxel of a view scatters towards the eye, by metre, and how dense the medium is in it (Hillaire 2015;
 // Stojanovic et al. 2023, section 3.1.3), over the frames before where they are kept.
 //
-// Threads are froxels, 4 x 4 x 4 a group. Twin: crates/froxel-grid/src/lighting.rs.
+// Twin: crates/froxel-grid/src/lighting.rs.
 
 #import froxel
 #import froxel_voxels
@@ -12,11 +12,16 @@
 override BOUNDED: bool = false;
 override DENSITY: u32 = 0u;
 override ISOTROPIC: bool = true;
+// whether the channels are attenuated alike
+override ACHROMATIC: bool = true;
 override HOFFMAN_PREETHAM: bool = false;
 // whether slices behind those of the view's own volume read the grid
 override GRID: bool = false;
 // whether some light has a picture
 override TEXTURED: bool = false;
+// whether froxels are kept for the frame after, and those of the frame before are there
+override TEMPORAL: bool = false;
+override HISTORY: bool = false;
 
 @group(2) @binding(1) var<uniform> view: View;
 @group(2) @binding(2) var density_grid: texture_3d<f32>;
@@ -26,8 +31,6 @@ override TEXTURED: bool = false;
 @group(2) @binding(4) var lit_volume: texture_storage_3d<rgba32float, write>;
 // pictures of all lights, row by row; linear RGB
 @group(2) @binding(5) var<storage, read> pictures: array<vec4f>;
-
-var<workgroup> group_counts: array<atomic<u32>, 4>;
 
 // side of a square over which 1/h has the mean that it has at this share of it
 const MEAN_OFFSET: f32 = 0.284;
@@ -122,7 +125,12 @@ fn unshadowed(light: FroxelLight, froxel: Sample, eye: vec3f) -> vec3f {
         }
     }
     if !HOFFMAN_PREETHAM {
-        arriving *= exp(-view.sigma_t * way_path(light, froxel.from_eye, to_light));
+        let path = way_path(light, froxel.from_eye, to_light);
+        if ACHROMATIC {
+            arriving *= exp(-view.sigma_t.x * path);
+        } else {
+            arriving *= exp(-view.sigma_t * path);
+        }
     }
     return arriving * phase_of(unit, froxel.direction);
 }
@@ -208,83 +216,132 @@ fn remembered(point: vec3f) -> vec4f {
     return sum / weights;
 }
 
+// What a froxel reads and counts.
+struct Reading {
+    sample: Sample,
+    eye: vec3f,
+    asked: u32,     // lights that something may shadow, where the view's own volume is read
+    near_bits: u32, // those of them that are lit
+    is_near: bool,  // whether that volume is read
+    is_fine: bool,  // whether the finer grid is
+}
+
+// What a light adds to a froxel, over its density and scattering coefficient; units: W/(m^2 sr).
+fn light_of_one(i: u32, reading: Reading, missed: ptr<function, u32>, dropped: ptr<function, u32>) -> vec3f {
+    let point = reading.sample.point;
+    if !shines(froxels.lights[i], point) {
+        return vec3f();
+    }
+    var visibility = 1.0;
+    if froxels.lights[i].is_shadowed != 0u && may_be_shadowed(froxels.lights[i], point) {
+        if GRID && !reading.is_near {
+            visibility = grid_visibility(stand_in(froxels.lights[i], point), i, reading.is_fine, missed, dropped);
+        } else {
+            visibility = f32((reading.near_bits >> i) & 1u);
+        }
+    }
+    return visibility * unshadowed(froxels.lights[i], reading.sample, reading.eye);
+}
+
 // Radiance by metre of a froxel in front of the surfaces, and the density.
-fn light_froxel(froxel_view: FroxelView, id: vec3u, missed: ptr<function, u32>, dropped: ptr<function, u32>) -> vec4f {
-    let direction = froxel_direction(froxel_view, id.xy, 1u);
+fn light_froxel(froxel_view: FroxelView, direction: vec3f, id: vec3u, missed: ptr<function, u32>, dropped: ptr<function, u32>) -> vec4f {
     let distance = slice_distance(id.z, froxels.jitter);
     let from_eye = distance * direction;
     let slice = vec2f(slice_start(id.z), slice_start(id.z + 1u));
     let width = f32(froxels.tile) * froxel_view.scale.x * distance;
-    let froxel = Sample(froxel_view.eye + from_eye, from_eye, direction, slice, width);
-    let point = froxel.point;
+    let point = froxel_view.eye + from_eye;
     if !is_within(point, froxels.medium_min, froxels.medium_max) {
         return vec4f();
     }
     let density = density_at(from_eye);
-    let asked = needs(point);
-    var near_bits = 0u;
-    let is_near = !GRID || id.z < froxels.near_slices;
-    if is_near && asked != 0u {
-        near_bits = near_lit(froxel_view, id.xy, id.z, asked, dropped);
+    var reading = Reading(Sample(point, from_eye, direction, slice, width), froxel_view.eye, 0u, 0u, true, false);
+    reading.is_near = !GRID || id.z < froxels.near_slices;
+    reading.is_fine = id.z < froxels.fine_slices;
+    if reading.is_near && id.z < froxels.near_slices {
+        if SELECTS {
+            reading.asked = needs(point);
+        }
+        reading.near_bits = near_lit(froxel_view, id.xy, id.z, reading.asked, dropped);
     }
     var scattered = vec3f();
-    for (var i = 0u; i < froxels.light_count; i++) {
-        if !shines(froxels.lights[i], point) {
-            continue;
-        }
-        var visibility = 1.0;
-        if ((asked >> i) & 1u) != 0u {
-            if is_near {
-                visibility = f32((near_bits >> i) & 1u);
-            } else if GRID {
-                let read = stand_in(froxels.lights[i], point);
-                visibility = grid_visibility(read, i, id.z < froxels.fine_slices, missed, dropped);
-            }
-        }
-        if visibility > 0.0 {
-            scattered += visibility * unshadowed(froxels.lights[i], froxel, froxel_view.eye);
-        }
+    if LIGHTS > 0u {
+        scattered += light_of_one(0u, reading, missed, dropped);
+    }
+    if LIGHTS > 1u {
+        scattered += light_of_one(1u, reading, missed, dropped);
+    }
+    if LIGHTS > 2u {
+        scattered += light_of_one(2u, reading, missed, dropped);
+    }
+    if LIGHTS > 3u {
+        scattered += light_of_one(3u, reading, missed, dropped);
+    }
+    if LIGHTS > 4u {
+        scattered += light_of_one(4u, reading, missed, dropped);
+    }
+    if LIGHTS > 5u {
+        scattered += light_of_one(5u, reading, missed, dropped);
+    }
+    if LIGHTS > 6u {
+        scattered += light_of_one(6u, reading, missed, dropped);
+    }
+    if LIGHTS > 7u {
+        scattered += light_of_one(7u, reading, missed, dropped);
+    }
+    for (var i = 8u; i < LIGHTS; i++) {
+        scattered += light_of_one(i, reading, missed, dropped);
     }
     return vec4f(density * (view.emission + view.sigma_s * scattered), density);
 }
 
-@compute @workgroup_size(4, 4, 4)
-fn main(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_index) index: u32) {
-    if index < 4u {
-        atomicStore(&group_counts[index], 0u);
-    }
-    workgroupBarrier();
-    let froxel_view = froxel_views.views[which.view];
-    if all(id < vec3u(froxel_view.tiles, froxels.slices)) {
-        var value = vec4f(0.0, 0.0, 0.0, -1.0);
-        if slice_start(id.z) < reach_of(froxel_view, id.xy) {
-            var missed = 0u;
-            var dropped = 0u;
-            value = light_froxel(froxel_view, id, &missed, &dropped);
-            let is_sound = all(value >= vec4f(0.0)) && all(value < vec4f(1e38));
-            value = select(vec4f(), value, vec4<bool>(is_sound));
-            if which.has_history != 0u {
-                let middle = froxel_view.eye + slice_distance(id.z, 0.5) * froxel_direction(froxel_view, id.xy, 1u);
-                let before = remembered(middle);
-                if before.a >= 0.0 {
-                    value = mix(before, value, which.newest);
-                }
-            }
-            atomicAdd(&group_counts[0], 1u);
-            atomicAdd(&group_counts[1], missed);
-            atomicAdd(&group_counts[2], dropped);
-            atomicAdd(&group_counts[3], u32(!is_sound));
+// A froxel in front of the surfaces, over what is remembered of it.
+fn froxel_value(froxel_view: FroxelView, direction: vec3f, id: vec3u) -> vec4f {
+    var missed = 0u;
+    var dropped = 0u;
+    var value = light_froxel(froxel_view, direction, id, &missed, &dropped);
+    let is_sound = all(value >= vec4f(0.0)) && all(value < vec4f(1e38));
+    value = select(vec4f(), value, vec4<bool>(is_sound));
+    if HISTORY {
+        let middle = froxel_view.eye + slice_distance(id.z, 0.5) * direction;
+        let before = remembered(middle);
+        if before.a >= 0.0 {
+            value = mix(before, value, which.newest);
         }
-        textureStore(lit_volume, vec3i(id), value);
     }
-    workgroupBarrier();
-    if index == 0u {
-        let lit = atomicLoad(&group_counts[0]);
-        if lit > 0u {
-            atomicAdd(&counts[FROXELS], lit);
-            atomicAdd(&counts[MISSED], atomicLoad(&group_counts[1]));
-            atomicAdd(&counts[DROPPED], atomicLoad(&group_counts[2]));
-            atomicAdd(&counts[NOT_FINITE], atomicLoad(&group_counts[3]));
+    // rare, all of them
+    if missed > 0u {
+        atomicAdd(&counts[MISSED], missed);
+    }
+    if dropped > 0u {
+        atomicAdd(&counts[DROPPED], dropped);
+    }
+    if !is_sound {
+        atomicAdd(&counts[NOT_FINITE], 1u);
+    }
+    return value;
+}
+
+@compute @workgroup_size(4, 4, 4)
+fn main(@builtin(global_invocation_id) id: vec3u) {
+    let froxel_view = froxel_views.views[which.view];
+    let first = id.z * SLICES_A_THREAD;
+    if any(id.xy >= froxel_view.tiles) || first >= froxels.slices {
+        return;
+    }
+    let reach = reach_of(froxel_view, id.xy);
+    let direction = froxel_direction(froxel_view, id.xy, 1u);
+    let end = min(first + SLICES_A_THREAD, froxels.slices);
+    var k = first;
+    for (; k < end; k++) {
+        if slice_start(k) >= reach {
+            break;
+        }
+        textureStore(lit_volume, vec3u(id.xy, k), froxel_value(froxel_view, direction, vec3u(id.xy, k)));
+    }
+    // the frame after sees that there is nothing
+    if TEMPORAL {
+        for (; k < end; k++) {
+            textureStore(lit_volume, vec3u(id.xy, k), vec4f(0.0, 0.0, 0.0, -1.0));
         }
     }
 }

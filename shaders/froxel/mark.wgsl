@@ -41,20 +41,7 @@ fn mark_point(point: vec3f, fine: bool, lights: u32) {
     }
 }
 
-@compute @workgroup_size(4, 4, 4)
-fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
-    let far_slices = froxels.slices - froxels.near_slices;
-    let layers = (far_slices + 3u) / 4u;
-    let view = froxel_views.views[group.z / layers];
-    let tile = group.xy * 4u + local.xy;
-    let k = froxels.near_slices + (group.z % layers) * 4u + local.z;
-    if any(tile >= view.tiles) || k >= froxels.slices {
-        return;
-    }
-    if slice_start(k) >= reach_of(view, tile) {
-        return;
-    }
-    let point = view.eye + slice_distance(k, froxels.jitter) * froxel_direction(view, tile, 1u);
+fn mark_froxel(point: vec3f, k: u32) {
     let asked = needs(point);
     let fine = k < froxels.fine_slices;
     if is_within(point, froxels.grid_min, froxels.grid_max) {
@@ -69,5 +56,26 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local
         let i = firstTrailingBit(left);
         left &= left - 1u;
         mark_point(stand_in(froxels.lights[i], point), fine, 1u << i);
+    }
+}
+
+@compute @workgroup_size(4, 4, 4)
+fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
+    let far_slices = froxels.slices - froxels.near_slices;
+    let layers = (far_slices + 4u * SLICES_A_THREAD - 1u) / (4u * SLICES_A_THREAD);
+    let view = froxel_views.views[group.z / layers];
+    let tile = group.xy * 4u + local.xy;
+    let first = froxels.near_slices + ((group.z % layers) * 4u + local.z) * SLICES_A_THREAD;
+    if any(tile >= view.tiles) || first >= froxels.slices {
+        return;
+    }
+    let reach = reach_of(view, tile);
+    let direction = froxel_direction(view, tile, 1u);
+    let end = min(first + SLICES_A_THREAD, froxels.slices);
+    for (var k = first; k < end; k++) {
+        if slice_start(k) >= reach {
+            break;
+        }
+        mark_froxel(view.eye + slice_distance(k, froxels.jitter) * direction, k);
     }
 }

@@ -10,6 +10,9 @@ const FROXEL_MOST_VIEWS: u32 = 256u;
 override LIGHT_BITS: u32 = 8u;
 // whether there are more lights than that
 override SELECTS: bool = false;
+// lights of the frame. The first eight come one by one instead of in loops: so their places are constants, and a driver
+// that runs threads side by side reads them once for all
+override LIGHTS: u32 = 1u;
 
 const POINT_LIGHT: u32 = 0u;
 const SPOT_LIGHT: u32 = 1u;
@@ -87,9 +90,13 @@ struct FroxelViews {
 @group(0) @binding(1) var<uniform> froxel_views: FroxelViews;
 // farthest end of a ray in each tile of each view, and behind those of all views the same of the tiles around; units: m
 @group(0) @binding(2) var<storage, read_write> reaches: array<f32>;
-// masks of the views' own volumes: rows of four cells at a time, layer by layer
+// masks of the views' own volumes: a word has consecutive slices of a cell's column
 @group(0) @binding(3) var<storage, read_write> near_masks: array<u32>;
 @group(0) @binding(4) var<storage, read_write> counts: array<atomic<u32>, 8>;
+
+// Slices that a thread takes. Threads side by side run until the last of them is done: one that begins behind all surfaces
+// ends at once, where a thread for each froxel would cost as much as one that is lit.
+const SLICES_A_THREAD: u32 = 8u;
 
 // indices of counts
 const NEAR_RAYS: u32 = 0u;
@@ -184,17 +191,44 @@ fn shines(light: FroxelLight, point: vec3f) -> bool {
     return dot(light.axis, from_light) > light.cos_outer * length(from_light);
 }
 
-// Lights that shine on a point and in which something may shadow it, a bit each.
+// Whether a light shines on a point and something may shadow it.
+fn asks(i: u32, point: vec3f) -> bool {
+    return froxels.lights[i].is_shadowed != 0u && shines(froxels.lights[i], point)
+        && may_be_shadowed(froxels.lights[i], point);
+}
+
+// All such lights, a bit each.
 fn needs(point: vec3f) -> u32 {
     if !is_within(point, froxels.medium_min, froxels.medium_max) {
         return 0u;
     }
     var mask = 0u;
-    for (var i = 0u; i < froxels.light_count; i++) {
-        if froxels.lights[i].is_shadowed != 0u && shines(froxels.lights[i], point)
-            && may_be_shadowed(froxels.lights[i], point) {
-            mask |= 1u << i;
-        }
+    if LIGHTS > 0u {
+        mask |= u32(asks(0u, point));
+    }
+    if LIGHTS > 1u {
+        mask |= u32(asks(1u, point)) << 1u;
+    }
+    if LIGHTS > 2u {
+        mask |= u32(asks(2u, point)) << 2u;
+    }
+    if LIGHTS > 3u {
+        mask |= u32(asks(3u, point)) << 3u;
+    }
+    if LIGHTS > 4u {
+        mask |= u32(asks(4u, point)) << 4u;
+    }
+    if LIGHTS > 5u {
+        mask |= u32(asks(5u, point)) << 5u;
+    }
+    if LIGHTS > 6u {
+        mask |= u32(asks(6u, point)) << 6u;
+    }
+    if LIGHTS > 7u {
+        mask |= u32(asks(7u, point)) << 7u;
+    }
+    for (var i = 8u; i < LIGHTS; i++) {
+        mask |= u32(asks(i, point)) << i;
     }
     return mask;
 }
@@ -215,10 +249,10 @@ fn chosen_lights(point: vec3f) -> u32 {
         return 0xffffffffu;
     }
     var chosen = 0u;
-    for (var i = 0u; i < froxels.light_count; i++) {
+    for (var i = 0u; i < LIGHTS; i++) {
         let own = strength(froxels.lights[i], point);
         var stronger = 0u;
-        for (var j = 0u; j < froxels.light_count; j++) {
+        for (var j = 0u; j < LIGHTS; j++) {
             let other = strength(froxels.lights[j], point);
             stronger += u32(other > own || (other == own && j < i));
         }
@@ -265,9 +299,8 @@ fn light_of(chosen: u32, bit: u32) -> u32 {
 // Word of a cell's mask in the volume of a view, and how far its bits are shifted in it.
 fn near_place(view: FroxelView, cell: vec3u) -> vec2u {
     let cells = (view.tiles + froxels.near_side - 1u) / froxels.near_side;
-    let row = ((cells.x + 3u) / 4u) * (LIGHT_BITS / 8u);
-    let bit = cell.x * LIGHT_BITS;
-    return vec2u(view.first_word + (cell.z * cells.y + cell.y) * row + (bit >> 5u), bit & 31u);
+    let bit = cell.z * LIGHT_BITS;
+    return vec2u(view.first_word + ((bit >> 5u) * cells.y + cell.y) * cells.x + cell.x, bit & 31u);
 }
 
 // A froxel's mask in the volume of a view.

@@ -13,7 +13,7 @@ override TRILINEAR: bool = false;
 
 @group(1) @binding(0) var<storage, read_write> masks0: array<atomic<u32>>;
 @group(1) @binding(1) var<storage, read_write> masks1: array<atomic<u32>>;
-// the key of the brick in each place, 0 where there is none
+// the key of the brick in each place, 0 where there is none; behind those the places of all bricks, in no order
 @group(1) @binding(2) var<storage, read_write> keys: array<atomic<u32>>;
 
 // words of the first buffer: 128 MiB
@@ -137,7 +137,11 @@ fn make_brick(key: u32) -> u32 {
         var there = atomicLoad(&keys[place]);
         if there == 0u {
             let exchanged = atomicCompareExchangeWeak(&keys[place], 0u, key);
-            there = select(exchanged.old_value, key, exchanged.exchanged);
+            if exchanged.exchanged {
+                atomicStore(&keys[froxels.bricks + atomicAdd(&counts[BRICKS_USED], 1u)], place);
+                return place;
+            }
+            there = exchanged.old_value;
             if there == 0u {
                 // it failed for no reason: this place once more
                 i -= 1u;

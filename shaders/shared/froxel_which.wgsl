@@ -5,9 +5,9 @@
 
 struct FroxelWhich {
     view: u32,
-    has_history: u32,   // 1 where the frame before is there
+    _pad0: u32,
     newest: f32,        // weight of this frame beside it
-    _pad: u32,
+    _pad1: u32,
     before: FroxelView, // where the view was
 }
 

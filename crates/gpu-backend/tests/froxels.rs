@@ -176,12 +176,14 @@ fn near_masks(show: &Show, gpu: &GpuContext, fog: &Fog, cpu: &FroxelFog, froxels
     for (index, camera) in show.cameras.iter().enumerate() {
         let (columns, rows) = FroxelView::new(camera, show.stage.size, froxels.tile).cells(side);
         let mut known = cpu.near_masks(index).iter();
-        for _ in 0..rows * slices {
-            for column in 0..columns as usize {
-                masks.add(*known.next().unwrap(), mask_at(&words, first, column, bits));
+        let cells = (columns * rows) as usize;
+        for slice in 0..slices as usize {
+            for cell in 0..cells {
+                let word = words[first + slice * bits / 32 * cells + cell];
+                masks.add(*known.next().unwrap(), mask_at(&[word], 0, slice % (32 / bits), bits));
             }
-            first += columns.div_ceil(4) as usize * bits / 8;
         }
+        first += cells * (slices as usize * bits).div_ceil(32);
     }
     masks
 }
@@ -201,7 +203,7 @@ fn grid_masks(gpu: &GpuContext, fog: &Fog, cpu: &FroxelFog, grid: &SharedGrid) -
         }
         return masks;
     }
-    for (place, key) in keys.iter().enumerate().filter(|(_, key)| **key != 0) {
+    for (place, key) in keys[..keys.len() / 2].iter().enumerate().filter(|(_, key)| **key != 0) {
         let code = key - 1;
         let brick = UVec3::new(code & 1023, code >> 10 & 1023, code >> 20 & 1023);
         for inside in 0..512_u32 {

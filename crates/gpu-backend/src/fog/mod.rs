@@ -348,7 +348,8 @@ impl Fog {
     }
 
     /// Shadow masks of the froxels that views trace for themselves, once the frame is submitted: views behind each other,
-    /// slice by slice, rows of whole groups of four cells, as many bits a cell as masks have. For tests.
+    /// the words of a cell's column hold its slices, as many bits each as masks have, and those of all cells in the same slices lie
+    /// side by side. For tests.
     ///
     /// # Errors
     /// As [`Fog::read_froxel_counts`].
@@ -357,7 +358,8 @@ impl Fog {
     }
 
     /// Shadow masks of the shared grid, once the frame is submitted, and the keys of its bricks: 0 where there is none, else
-    /// 1 + x + 2¹⁰ y + 2²⁰ z of the brick, and 2³⁰ more in the finer of two grids. For tests.
+    /// 1 + x + 2¹⁰ y + 2²⁰ z of the brick, and 2³⁰ more in the finer of two grids; behind those as many words of no
+    /// interest. For tests.
     ///
     /// # Errors
     /// As [`Fog::read_froxel_counts`].

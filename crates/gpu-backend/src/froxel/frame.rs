@@ -9,12 +9,18 @@ use scene::{Aabb, AirlightModel, Density, Light, Medium, Refusal};
 
 use super::layout::{FAR_CORNER, FrameUniform, LightUniform, MAX_VIEWS, ViewUniform, WhichUniform};
 use super::memory::{GridBuffers, ViewVolumes, buffer};
-use super::passes::{Masks, MediumKind, Pass, Voxels};
+use super::passes::{Masks, MediumKind, Memory, Pass, Voxels};
 use super::{FroxelState, Known};
 use crate::checked::{check_size, filled_buffer, prepared};
 use crate::fog::{Frame, Shadows};
 use crate::pass::{ComputePass, Dispatch, Step, bind};
 use crate::{FrameStats, GpuBvh, PrepareError};
+
+/// `SLICES_A_THREAD` of `shaders/shared/froxel.wgsl`.
+const SLICES_A_THREAD: u32 = 8;
+
+/// Most groups of a dispatch over bricks, which they take in turns: more than any GPU runs at once.
+const BRICK_GROUPS: u32 = 1024;
 
 /// Groups along x of a dispatch over blocks of voxels; as many rows as it takes.
 const BLOCKS_IN_A_ROW: u32 = 32_768;
@@ -161,7 +167,11 @@ impl FroxelState {
         let lattice = self.reserve_grid(context, casters.as_ref(), width, near_slices)?;
         let views = self.reserve_views(context, width, near_side, near_slices)?;
         let kinds = Kinds {
-            masks: Masks { bits: width.bits(), selects: frame.lamps.len() > width.bits() as usize },
+            masks: Masks {
+                bits: width.bits(),
+                selects: frame.lamps.len() > width.bits() as usize,
+                lights: frame.lamps.len() as u32,
+            },
             voxels: froxels.grid().map_or_else(Voxels::default, |grid| Voxels {
                 bricks: self.grid.as_ref().is_some_and(|grid| grid.bricks > 0),
                 alternates: matches!(grid.update, Update::Marked { alternate: true }),
@@ -260,8 +270,8 @@ impl FroxelState {
             views.push(ViewUniform::new(&froxel_view, tile as u32, word as u32));
             let ((columns, rows), (across, down)) = (froxel_view.tiles(), froxel_view.cells(near_side));
             tile += u64::from(columns) * u64::from(rows);
-            let row = u64::from(across.div_ceil(4)) * u64::from(width.bits() / 8);
-            word += u64::from(down) * u64::from(near_slices) * row;
+            word +=
+                u64::from(across) * u64::from(down) * u64::from((near_slices * width.bits()).div_ceil(32));
             // a view keeps its own history: that of another place in the list is another's
             let fits = |old: &ViewVolumes| old.tiles == (columns, rows) && old.slices == froxels.slices;
             let kept = old.get_mut(index).and_then(Option::take).filter(fits);
@@ -481,11 +491,12 @@ impl FroxelState {
         if uniform.near_slices > 0 {
             let side = uniform.near_side;
             let [x, y] = [columns, rows].map(|tiles| tiles.div_ceil(side).div_ceil(4));
+            let words = (uniform.near_slices * kinds.masks.bits).div_ceil(32);
             steps.push(Step::Compute(ComputePass {
                 label: "froxels: near shadows".into(),
                 pipeline: self.passes.of(device, Pass::Near(kinds.masks))?,
                 groups: vec![groups.frame.clone(), groups.grid.clone(), bvh.clone()],
-                dispatch: Dispatch::Groups([x, y, count * uniform.near_slices.div_ceil(4)]),
+                dispatch: Dispatch::Groups([x, y, count * words.div_ceil(4)]),
             }));
         }
         let (Some(buffers), Some(grid)) = (self.grid.clone(), froxels.grid()) else { return Ok(()) };
@@ -497,7 +508,7 @@ impl FroxelState {
             }
         }
         if marked {
-            let layers = (uniform.slices - uniform.near_slices).div_ceil(4);
+            let layers = (uniform.slices - uniform.near_slices).div_ceil(4 * SLICES_A_THREAD);
             steps.push(Step::Compute(ComputePass {
                 label: "froxels: marks".into(),
                 pipeline: self.passes.of(device, Pass::Mark(kinds.masks, kinds.voxels))?,
@@ -505,13 +516,18 @@ impl FroxelState {
                 dispatch: Dispatch::Groups([columns.div_ceil(4), rows.div_ceil(4), count * layers]),
             }));
         }
-        let across = buffers.blocks.clamp(1, BLOCKS_IN_A_ROW);
+        let [across, rows] = if buffers.bricks > 0 {
+            [buffers.bricks.min(BRICK_GROUPS), 1]
+        } else {
+            let across = buffers.blocks.clamp(1, BLOCKS_IN_A_ROW);
+            [across, buffers.blocks.div_ceil(across)]
+        };
         let pass = Pass::Grid { masks: kinds.masks, bricks: kinds.voxels.bricks, marked };
         steps.push(Step::Compute(ComputePass {
             label: "froxels: grid shadows".into(),
             pipeline: self.passes.of(device, pass)?,
             groups: vec![groups.frame.clone(), groups.grid.clone(), bvh.clone()],
-            dispatch: Dispatch::Groups([across, buffers.blocks.div_ceil(across), 1]),
+            dispatch: Dispatch::Groups([across, rows, 1]),
         }));
         Ok(())
     }
@@ -527,20 +543,28 @@ impl FroxelState {
     ) -> Result<(), PrepareError> {
         let FroxelContext { device, froxels, .. } = *context;
         let pictures = self.pictures(context)?;
-        let lighting = Pass::Lighting {
-            masks: kinds.masks,
-            voxels: kinds.voxels,
-            grid: kinds.grid,
-            textured: kinds.textured,
-            medium: kinds.medium,
-        };
-        let [lighting, accumulate, apply] = [
-            self.passes.of(device, lighting)?,
-            self.passes.of(device, Pass::Accumulate)?,
-            self.passes.of(device, Pass::Apply)?,
-        ];
+        let sigma_t = context.frame.medium.coefficients.sigma_t();
+        let achromatic = sigma_t[0] == sigma_t[1] && sigma_t[1] == sigma_t[2];
+        let most = froxels.temporal.map_or(1, |temporal| temporal.frames);
+        let [accumulate, apply] =
+            [self.passes.of(device, Pass::Accumulate { achromatic })?, self.passes.of(device, Pass::Apply)?];
         for (index, (view, target)) in views.iter().zip(context.targets).enumerate() {
             let which = self.which(context, index)?;
+            let memory = match self.views[index].frames {
+                _ if most == 1 => Memory::None,
+                0 => Memory::Written,
+                _ => Memory::Read,
+            };
+            let lighting = Pass::Lighting {
+                masks: kinds.masks,
+                voxels: kinds.voxels,
+                grid: kinds.grid,
+                textured: kinds.textured,
+                medium: kinds.medium,
+                memory,
+                achromatic,
+            };
+            let lighting = self.passes.of(device, lighting)?;
             let volumes = &mut self.views[index];
             let next = if froxels.temporal.is_some() { 1 - volumes.current } else { volumes.current };
             let view_of =
@@ -568,9 +592,11 @@ impl FroxelState {
             let [columns, rows] = view.tiles;
             steps.push(Step::Compute(ComputePass {
                 label: "froxels: lighting".into(),
-                pipeline: lighting.clone(),
+                pipeline: lighting,
                 groups: vec![groups.frame.clone(), groups.grid.clone(), group],
-                dispatch: Dispatch::Groups([columns, rows, froxels.slices].map(|side| side.div_ceil(4))),
+                dispatch: Dispatch::Groups(
+                    [columns, rows, froxels.slices.div_ceil(SLICES_A_THREAD)].map(|side| side.div_ceil(4)),
+                ),
             }));
             let entries = [which.as_entire_binding(), texture(&lit), texture(&accumulated)];
             let group = bind(device, "froxel march", &layouts.accumulate, entries);
@@ -607,9 +633,9 @@ impl FroxelState {
         let most = context.froxels.temporal.map_or(1, |temporal| temporal.frames);
         let which = WhichUniform {
             view: index as u32,
-            has_history: u32::from(most > 1 && volumes.frames > 0),
+            _pad0: 0,
             newest: 1.0 / volumes.frames.saturating_add(1).min(most) as f32,
-            _pad: 0,
+            _pad1: 0,
             before: volumes.before,
         };
         prepared(context.device, "froxels", || context.filled("froxel view", bytemuck::bytes_of(&which)))

@@ -137,9 +137,9 @@ impl ViewUniform {
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 pub(super) struct WhichUniform {
     pub(super) view: u32,
-    pub(super) has_history: u32,
+    pub(super) _pad0: u32,
     pub(super) newest: f32,
-    pub(super) _pad: u32,
+    pub(super) _pad1: u32,
     pub(super) before: ViewUniform,
 }
 
@@ -168,7 +168,7 @@ mod tests {
         assert_eq!(fields, expected);
         let (fields, span) = struct_of("FroxelWhich");
         assert_eq!(span as usize, size_of::<WhichUniform>());
-        assert_eq!(fields, offsets!(WhichUniform: view, has_history, newest, _pad, before));
+        assert_eq!(fields, offsets!(WhichUniform: view, _pad0, newest, _pad1, before));
         let (_, span) = struct_of("FroxelViews");
         assert_eq!(span as usize, MAX_VIEWS * size_of::<ViewUniform>());
     }

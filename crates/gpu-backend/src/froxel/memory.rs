@@ -67,7 +67,7 @@ impl GridBuffers {
         }
         let [masks0, masks1, keys] = prepared(device, what, || {
             let of = |bytes| buffer(device, "shadow grid", bytes);
-            [of(bytes.min(FIRST_BYTES)), of(rest), of(4 * u64::from(bricks))]
+            [of(bytes.min(FIRST_BYTES)), of(rest), of(8 * u64::from(bricks))]
         })?;
         Ok(Self { masks: [masks0, masks1], keys, lattice, blocks, bricks, bits })
     }

@@ -13,17 +13,32 @@ pub(super) enum Pass {
     Reach,
     Near(Masks),
     Mark(Masks, Voxels),
-    Grid { masks: Masks, bricks: bool, marked: bool },
-    Lighting { masks: Masks, voxels: Voxels, grid: bool, textured: bool, medium: MediumKind },
-    Accumulate,
+    Grid {
+        masks: Masks,
+        bricks: bool,
+        marked: bool,
+    },
+    Lighting {
+        masks: Masks,
+        voxels: Voxels,
+        grid: bool,
+        textured: bool,
+        medium: MediumKind,
+        memory: Memory,
+        achromatic: bool,
+    },
+    Accumulate {
+        achromatic: bool,
+    },
     Apply,
 }
 
-/// How wide masks are, and whether there are more lights than that.
+/// How wide masks are, whether there are more lights than that, and how many.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) struct Masks {
     pub(super) bits: u32,
     pub(super) selects: bool,
+    pub(super) lights: u32,
 }
 
 /// Where voxels are, and which of them are read.
@@ -32,6 +47,16 @@ pub(super) struct Voxels {
     pub(super) bricks: bool,
     pub(super) alternates: bool,
     pub(super) trilinear: bool,
+}
+
+/// What lighting has to do with other frames.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) enum Memory {
+    None,
+    /// Froxels are kept for the frame after.
+    Written,
+    /// And those of the frame before are there.
+    Read,
 }
 
 /// What of a medium there is code for.
@@ -53,7 +78,7 @@ impl Pass {
             Self::Mark(..) => "froxel/mark",
             Self::Grid { .. } => "froxel/grid",
             Self::Lighting { .. } => "froxel/lighting",
-            Self::Accumulate => "froxel/accumulate",
+            Self::Accumulate { .. } => "froxel/accumulate",
             Self::Apply => "froxel/apply",
         }
     }
@@ -61,7 +86,12 @@ impl Pass {
     fn constants(self) -> Vec<(&'static str, f64)> {
         let flag = |value: bool| f64::from(u8::from(value));
         let of_masks = |masks: Masks| {
-            [("LIGHT_BITS", f64::from(masks.bits)), ("SELECTS", flag(masks.selects))].into_iter()
+            [
+                ("LIGHT_BITS", f64::from(masks.bits)),
+                ("SELECTS", flag(masks.selects)),
+                ("LIGHTS", f64::from(masks.lights)),
+            ]
+            .into_iter()
         };
         let of_voxels = |voxels: Voxels| {
             [
@@ -71,17 +101,21 @@ impl Pass {
             ]
         };
         match self {
-            Self::TileEnds | Self::Reach | Self::Accumulate | Self::Apply => Vec::new(),
+            Self::TileEnds | Self::Reach | Self::Apply => Vec::new(),
+            Self::Accumulate { achromatic } => vec![("ACHROMATIC", flag(achromatic))],
             Self::Near(masks) => of_masks(masks).collect(),
             Self::Mark(masks, voxels) => of_masks(masks).chain(of_voxels(voxels)).collect(),
             Self::Grid { masks, bricks, marked } => {
                 of_masks(masks).chain([("BRICKS", flag(bricks)), ("MARKED", flag(marked))]).collect()
             }
-            Self::Lighting { masks, voxels, grid, textured, medium } => of_masks(masks)
+            Self::Lighting { masks, voxels, grid, textured, medium, memory, achromatic } => of_masks(masks)
                 .chain(of_voxels(voxels))
                 .chain([
                     ("GRID", flag(grid)),
                     ("TEXTURED", flag(textured)),
+                    ("ACHROMATIC", flag(achromatic)),
+                    ("TEMPORAL", flag(memory != Memory::None)),
+                    ("HISTORY", flag(memory == Memory::Read)),
                     ("BOUNDED", flag(medium.bounded)),
                     ("DENSITY", f64::from(medium.density)),
                     ("ISOTROPIC", flag(medium.isotropic)),
@@ -170,7 +204,7 @@ impl Passes {
             Pass::Mark(..) => vec![frame, grid],
             Pass::Grid { .. } => vec![frame, grid, bvh],
             Pass::Lighting { .. } => vec![frame, grid, lighting],
-            Pass::Accumulate => vec![frame, grid, accumulate],
+            Pass::Accumulate { .. } => vec![frame, grid, accumulate],
             Pass::Apply => vec![frame, grid, apply],
         };
         let pipeline = compute_pipeline(device, pass.file(), &layouts, &pass.constants())?;
