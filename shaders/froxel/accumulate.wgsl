@@ -23,12 +23,12 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     var sum = vec4f();
     var lit = 0u;
     for (var k = 0u; k < froxels.slices; k++) {
-        let start = slice_start(k);
-        if start >= reach {
+        let slice = froxels.starts[k];
+        if slice.x >= reach {
             break;
         }
         let value = textureLoad(lit_volume, vec3u(id.xy, k), 0);
-        let depth = slice_start(k + 1u) - start;
+        let depth = slice.y - slice.x;
         let path = value.a * depth;
         var seen = vec3f(exp(-froxels.sigma_t.x * sum.a) * phi(froxels.sigma_t.x * path));
         if !ACHROMATIC {

@@ -135,53 +135,59 @@ fn unshadowed(light: FroxelLight, froxel: Sample, eye: vec3f) -> vec3f {
     return arriving * phase_of(unit, froxel.direction);
 }
 
-// How lit a light is by the grid at a point: its bit, or the mean of eight.
-fn grid_visibility(point: vec3f, light: u32, fine: bool, missed: ptr<function, u32>, dropped: ptr<function, u32>) -> f32 {
-    if !TRILINEAR {
-        let voxel = alternate(voxel_at(point, fine), fine);
-        let chosen = chosen_lights(voxel_center(voxel, fine));
-        if SELECTS && ((chosen >> light) & 1u) == 0u {
-            *dropped += 1u;
-            return 0.0;
-        }
-        return f32((voxel_mask(voxel, fine, missed) >> light_bit(chosen, light)) & 1u);
-    }
+// Which of some lights reach a point by the voxel that it lies in.
+fn voxel_lit(point: vec3f, fine: bool, asked: u32, missed: ptr<function, u32>, dropped: ptr<function, u32>) -> u32 {
+    return voxel_lit_at(voxel_at(point, fine), fine, asked, missed, dropped);
+}
+
+// The same by a voxel.
+fn voxel_lit_at(at: vec3u, fine: bool, asked: u32, missed: ptr<function, u32>, dropped: ptr<function, u32>) -> u32 {
+    let voxel = alternate(at, fine);
+    let chosen = chosen_lights(voxel_center(voxel, fine));
+    *dropped += countOneBits(asked & ~chosen);
+    let mask = voxel_mask(voxel, fine, countOneBits(asked & chosen), missed);
+    return from_bits(mask, asked, chosen);
+}
+
+// How much of a light reaches a point by the eight voxels around it.
+fn trilinear_visibility(point: vec3f, light: u32, fine: bool, missed: ptr<function, u32>, dropped: ptr<function, u32>) -> f32 {
     let around = voxels_around(point, fine);
     var sum = 0.0;
     var drops = 0u;
     for (var i = 0u; i < 8u; i++) {
         let weight = corner_weight(around, i);
-        if weight == 0.0 {
-            continue;
+        if weight > 0.0 {
+            var dropped_here = 0u;
+            let lit = voxel_lit_at(corner_voxel(around, i), fine, 1u << light, missed, &dropped_here);
+            sum += weight * f32((lit >> light) & 1u);
+            drops = max(drops, dropped_here);
         }
-        let voxel = alternate(corner_voxel(around, i), fine);
-        let chosen = chosen_lights(voxel_center(voxel, fine));
-        if SELECTS && ((chosen >> light) & 1u) == 0u {
-            drops = 1u;
-            continue;
-        }
-        sum += weight * f32((voxel_mask(voxel, fine, missed) >> light_bit(chosen, light)) & 1u);
     }
     *dropped += drops;
     return sum;
 }
 
-// How lit each light is at a froxel that reads the view's own volume.
+// The same by the view's own volume.
 fn near_lit(froxel_view: FroxelView, tile: vec2u, k: u32, asked: u32, dropped: ptr<function, u32>) -> u32 {
-    let cell = tile / froxels.near_side;
-    let distance = slice_distance(k, froxels.jitter);
     let mask = near_mask(froxel_view, tile, k);
     if !SELECTS {
-        return mask;
+        return mask & asked;
     }
-    let chosen = chosen_lights(froxel_view.eye + distance * froxel_direction(froxel_view, cell, froxels.near_side));
+    let direction = froxel_direction(froxel_view, tile / froxels.near_side, froxels.near_side);
+    let chosen = chosen_lights(froxel_view.eye + slice_distance(k, froxels.jitter) * direction);
     *dropped += countOneBits(asked & ~chosen);
-    var lit = 0u;
-    var left = asked & chosen;
+    return from_bits(mask, asked, chosen);
+}
+
+// The same by the grid. Outside of it a light's shadow is that of where the way to it enters.
+fn grid_lit(point: vec3f, fine: bool, asked: u32, missed: ptr<function, u32>, dropped: ptr<function, u32>) -> u32 {
+    let is_inside = is_within(point, froxels.grid_min, froxels.grid_max);
+    var lit = voxel_lit(point, fine, select(0u, asked, is_inside), missed, dropped);
+    var left = select(asked, 0u, is_inside);
     while left != 0u {
         let i = firstTrailingBit(left);
         left &= left - 1u;
-        lit |= ((mask >> light_bit(chosen, i)) & 1u) << i;
+        lit |= voxel_lit(stand_in(froxels.lights[i], point), fine, 1u << i, missed, dropped);
     }
     return lit;
 }
@@ -216,53 +222,56 @@ fn remembered(point: vec3f) -> vec4f {
     return sum / weights;
 }
 
-// What a froxel reads and counts.
+// What a froxel knows of its shadows.
 struct Reading {
-    sample: Sample,
+    froxel: Sample,
     eye: vec3f,
-    asked: u32,     // lights that something may shadow, where the view's own volume is read
-    near_bits: u32, // those of them that are lit
-    is_near: bool,  // whether that volume is read
-    is_fine: bool,  // whether the finer grid is
+    asked: u32,    // lights that something may shadow
+    lit: u32,      // those of them that reach it
+    is_far: bool,  // whether the grid says so
+    is_fine: bool, // whether that is the finer one
 }
 
 // What a light adds to a froxel, over its density and scattering coefficient; units: W/(m^2 sr).
 fn light_of_one(i: u32, reading: Reading, missed: ptr<function, u32>, dropped: ptr<function, u32>) -> vec3f {
-    let point = reading.sample.point;
-    if !shines(froxels.lights[i], point) {
+    let point = reading.froxel.point;
+    let is_asked = ((reading.asked >> i) & 1u) != 0u;
+    if !is_asked && !shines(froxels.lights[i], point) {
         return vec3f();
     }
-    var visibility = 1.0;
-    if froxels.lights[i].is_shadowed != 0u && may_be_shadowed(froxels.lights[i], point) {
-        if GRID && !reading.is_near {
-            visibility = grid_visibility(stand_in(froxels.lights[i], point), i, reading.is_fine, missed, dropped);
-        } else {
-            visibility = f32((reading.near_bits >> i) & 1u);
+    var visibility = select(1.0, f32((reading.lit >> i) & 1u), is_asked);
+    if TRILINEAR {
+        if is_asked && reading.is_far {
+            let read = stand_in(froxels.lights[i], point);
+            visibility = trilinear_visibility(read, i, reading.is_fine, missed, dropped);
         }
     }
-    return visibility * unshadowed(froxels.lights[i], reading.sample, reading.eye);
+    return visibility * unshadowed(froxels.lights[i], reading.froxel, reading.eye);
 }
 
 // Radiance by metre of a froxel in front of the surfaces, and the density.
 fn light_froxel(froxel_view: FroxelView, direction: vec3f, id: vec3u, missed: ptr<function, u32>, dropped: ptr<function, u32>) -> vec4f {
     let distance = slice_distance(id.z, froxels.jitter);
     let from_eye = distance * direction;
-    let slice = vec2f(slice_start(id.z), slice_start(id.z + 1u));
+    let slice = froxels.starts[id.z].xy;
     let width = f32(froxels.tile) * froxel_view.scale.x * distance;
     let point = froxel_view.eye + from_eye;
     if !is_within(point, froxels.medium_min, froxels.medium_max) {
         return vec4f();
     }
     let density = density_at(from_eye);
-    var reading = Reading(Sample(point, from_eye, direction, slice, width), froxel_view.eye, 0u, 0u, true, false);
-    reading.is_near = !GRID || id.z < froxels.near_slices;
-    reading.is_fine = id.z < froxels.fine_slices;
-    if reading.is_near && id.z < froxels.near_slices {
-        if SELECTS {
-            reading.asked = needs(point);
-        }
-        reading.near_bits = near_lit(froxel_view, id.xy, id.z, reading.asked, dropped);
+    let asked = needs(point);
+    let is_far = GRID && id.z >= froxels.near_slices;
+    let is_fine = id.z < froxels.fine_slices;
+    var lit = 0u;
+    if GRID && !TRILINEAR {
+        lit = grid_lit(point, is_fine, select(0u, asked, is_far), missed, dropped);
     }
+    if id.z < froxels.near_slices {
+        lit = near_lit(froxel_view, id.xy, id.z, asked, dropped);
+    }
+    let froxel = Sample(point, from_eye, direction, slice, width);
+    let reading = Reading(froxel, froxel_view.eye, asked, lit, is_far, is_fine);
     var scattered = vec3f();
     if LIGHTS > 0u {
         scattered += light_of_one(0u, reading, missed, dropped);

@@ -3,6 +3,8 @@
 // Points are in the world's axes and absolute, as voxels are, by the operations of crates/froxel-grid in their order, so
 // that CPU and GPU trace and read the same voxels. Layout in Rust: crates/gpu-backend/src/froxel/layout.rs.
 
+#import elementary
+
 const FROXEL_MOST_LIGHTS: u32 = 32u;
 const FROXEL_MOST_VIEWS: u32 = 256u;
 
@@ -63,7 +65,7 @@ struct FroxelFrame {
     _pad1: u32,
     sigma_t: vec3f,      // units: 1/m
     _pad2: u32,
-    starts: array<vec4f, 65>,
+    starts: array<vec4f, 257>, // where each slice begins, where it ends, and twice nothing; units: m
     lights: array<FroxelLight, FROXEL_MOST_LIGHTS>,
 }
 
@@ -110,13 +112,13 @@ const NOT_FINITE: u32 = 7u;
 
 // Distance at which a slice begins; units: m.
 fn slice_start(k: u32) -> f32 {
-    return froxels.starts[k >> 2u][k & 3u];
+    return froxels.starts[k].x;
 }
 
 // The distance at a share of a slice; units: m.
 fn slice_distance(k: u32, share: f32) -> f32 {
-    let start = slice_start(k);
-    return start + share * (slice_start(k + 1u) - start);
+    let slice = froxels.starts[k];
+    return slice.x + share * (slice.y - slice.x);
 }
 
 // Unit vector through the middle of a cell of `side` x `side` froxels.
@@ -144,31 +146,23 @@ fn way_to(light: FroxelLight, point: vec3f) -> vec3f {
 
 // How far along it that light is.
 fn way_end(light: FroxelLight) -> f32 {
-    return select(1.0, 1e30, light.kind == DIRECTIONAL_LIGHT);
+    return select(1.0, ENDLESS, light.kind == DIRECTIONAL_LIGHT);
 }
 
 // Where the way to a light enters a box: 0 inside, -1 where it passes by.
 fn way_entry(light: FroxelLight, point: vec3f, low: vec3f, high: vec3f) -> f32 {
-    if is_within(point, low, high) {
-        return 0.0;
-    }
     let way = way_to(light, point);
-    var near = 0.0;
-    var far = way_end(light);
-    for (var axis = 0; axis < 3; axis++) {
-        let d = way[axis];
-        if d == 0.0 {
-            if point[axis] < low[axis] || point[axis] > high[axis] {
-                return -1.0;
-            }
-        } else {
-            let a = (low[axis] - point[axis]) / d;
-            let b = (high[axis] - point[axis]) / d;
-            near = max(near, min(a, b));
-            far = min(far, max(a, b));
-        }
-    }
-    return select(-1.0, near, near <= far);
+    // along an axis in which the way does not move it is in the slab from the beginning to the end, or never
+    let still = way == vec3f(0.0);
+    let divisor = select(way, vec3f(1.0), still);
+    let a = (low - point) / divisor;
+    let b = (high - point) / divisor;
+    let is_in = (point >= low) & (point <= high);
+    let enter = select(min(a, b), select(vec3f(ENDLESS), vec3f(-ENDLESS), is_in), still);
+    let leave = select(max(a, b), select(vec3f(-ENDLESS), vec3f(ENDLESS), is_in), still);
+    let near = max(max(enter.x, enter.y), max(enter.z, 0.0));
+    let far = min(min(leave.x, leave.y), min(leave.z, way_end(light)));
+    return select(select(-1.0, near, near <= far), 0.0, all(is_in));
 }
 
 // Whether something may shadow a point: not where the way to the light passes by the casters' box.
@@ -282,6 +276,21 @@ fn to_bits(lights: u32, chosen: u32) -> u32 {
         bits |= 1u << light_bit(chosen, light);
     }
     return bits;
+}
+
+// Bits of a mask as one of lights.
+fn from_bits(bits: u32, lights: u32, chosen: u32) -> u32 {
+    if !SELECTS {
+        return bits & lights;
+    }
+    var lit = 0u;
+    var left = lights & chosen;
+    while left != 0u {
+        let light = firstTrailingBit(left);
+        left &= left - 1u;
+        lit |= ((bits >> light_bit(chosen, light)) & 1u) << light;
+    }
+    return lit;
 }
 
 // The light of a bit.

@@ -172,13 +172,13 @@ fn voxel_shift(voxel: vec3u) -> u32 {
 
 const WHOLE_MASK: u32 = 0xffffffffu;
 
-// The mask of a voxel; lit where its brick found no place, which `missed` then says.
-fn voxel_mask(voxel: vec3u, fine: bool, missed: ptr<function, u32>) -> u32 {
+// The mask of a voxel; lit where its brick found no place, which `missed` then says for so many reads.
+fn voxel_mask(voxel: vec3u, fine: bool, reads: u32, missed: ptr<function, u32>) -> u32 {
     var word = 0u;
     if BRICKS {
         let place = find_brick(brick_key(voxel, fine));
         if place == NOWHERE {
-            *missed += 1u;
+            *missed += reads;
             return WHOLE_MASK;
         }
         word = brick_word(place, voxel);

@@ -41,9 +41,9 @@ fn slice_place(distance: f32) -> f32 {
     // the logarithm may be off by a rounding
     if k > 0u && distance < slice_start(k) {
         k--;
-    } else if k < last && distance >= slice_start(k + 1u) {
+    } else if k < last && distance >= froxels.starts[k].y {
         k++;
     }
-    let start = slice_start(k);
-    return f32(k) + clamp((distance - start) / (slice_start(k + 1u) - start), 0.0, 1.0);
+    let slice = froxels.starts[k];
+    return f32(k) + clamp((distance - slice.x) / (slice.y - slice.x), 0.0, 1.0);
 }

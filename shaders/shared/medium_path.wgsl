@@ -12,21 +12,17 @@ const GRID_DENSITY: u32 = 2u;
 
 // The part of a piece of a way inside a box.
 fn box_piece(low: vec3f, high: vec3f, origin: vec3f, direction: vec3f, piece: vec2f) -> vec2f {
-    var inside = piece;
-    for (var axis = 0; axis < 3; axis++) {
-        let o = origin[axis];
-        let d = direction[axis];
-        if d == 0.0 {
-            if o < low[axis] || o > high[axis] {
-                return vec2f(piece.x, piece.x);
-            }
-        } else {
-            let a = (low[axis] - o) / d;
-            let b = (high[axis] - o) / d;
-            inside = vec2f(max(inside.x, min(a, b)), min(inside.y, max(a, b)));
-        }
-    }
-    return inside;
+    // along an axis in which the way does not move it is in the slab from the beginning to the end, or never
+    let still = direction == vec3f(0.0);
+    let divisor = select(direction, vec3f(1.0), still);
+    let a = (low - origin) / divisor;
+    let b = (high - origin) / divisor;
+    let is_in = (origin >= low) & (origin <= high);
+    let enter = select(min(a, b), select(vec3f(ENDLESS), vec3f(-ENDLESS), is_in), still);
+    let leave = select(max(a, b), select(vec3f(-ENDLESS), vec3f(ENDLESS), is_in), still);
+    let start = max(max(enter.x, enter.y), max(enter.z, piece.x));
+    let end = min(min(leave.x, leave.y), min(leave.z, piece.y));
+    return select(vec2f(piece.x), vec2f(start, end), start <= end);
 }
 
 // Density of the grid at a point: trilinear between cell centres, 0 outside the box.

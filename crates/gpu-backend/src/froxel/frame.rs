@@ -337,8 +337,8 @@ impl FroxelState {
             (uniform.grid_min, uniform.grid_max) = (bounds.min.to_array(), bounds.max.to_array());
             (uniform.bricks, uniform.blocks) = (grid.bricks, grid.blocks);
         }
-        for (index, start) in slices.starts.iter().enumerate() {
-            uniform.starts[index / 4][index % 4] = *start;
+        for (slot, ends) in uniform.starts.iter_mut().zip(slices.starts.windows(2)) {
+            *slot = [ends[0], ends[1], 0.0, 0.0];
         }
         for (slot, lamp) in uniform.lights.iter_mut().zip(frame.lamps) {
             let is_shadowed =

@@ -89,7 +89,7 @@ pub(super) struct FrameUniform {
     pub(super) _pad1: u32,
     pub(super) sigma_t: [f32; 3],
     pub(super) _pad2: u32,
-    pub(super) starts: [[f32; 4]; 65],
+    pub(super) starts: [[f32; 4]; 257],
     pub(super) lights: [LightUniform; MAX_LIGHTS],
 }
 
