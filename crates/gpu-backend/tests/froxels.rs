@@ -8,10 +8,10 @@ use froxel_grid::{
     SharedGrid, Temporal, Update,
 };
 use glam::{Quat, UVec3, Vec3};
-use gpu_backend::{Fog, Frame, GpuBvh, GpuContext, Lamp, SceneDepth, Shadows, Technique, View};
+use gpu_backend::{Fog, Frame, GpuBvh, GpuContext, Lamp, PrepareError, SceneDepth, Shadows, Technique, View};
 use scene::{
-    Aabb, AirlightModel, Bvh, Camera, Density, DensityGrid, Light, LightId, Medium, PointLight, Visibility,
-    WideBvh,
+    Aabb, AirlightModel, Bvh, Camera, Density, DensityGrid, DirectionalLight, Light, LightId, Material,
+    Medium, Mesh, PointLight, Scene, Visibility, WideBvh,
 };
 
 /// Shadow rays in the steps in which the GPU takes them.
@@ -360,4 +360,137 @@ fn a_history_is_that_of_the_cpu() {
     let temporal = Some(Temporal { frames: 4, keeps_changed: false });
     let froxels = Froxels { slices: 40, temporal, ..Froxels::new(show.range) };
     check(&gpu, &mut show, froxels, 6, "history");
+}
+
+/// A square of 20 m in the middle of a box of 100 m, whose corners two small triangles hold.
+fn wide_scene() -> Scene {
+    let corner = |p: Vec3| [p, p.lerp(Vec3::splat(50.0), 0.01), p.lerp(Vec3::new(50.0, p.y, 50.0), 0.01)];
+    let square = |x: f32, z: f32| Vec3::new(50.0 + 10.0 * x, 60.0, 50.0 + 10.0 * z);
+    let mut positions: Vec<Vec3> = [Vec3::ZERO, Vec3::splat(100.0)].map(corner).concat();
+    positions.extend([square(-1.0, -1.0), square(1.0, -1.0), square(1.0, 1.0)]);
+    positions.extend([square(-1.0, -1.0), square(1.0, 1.0), square(-1.0, 1.0)]);
+    let triangles = (0..4).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+    Scene {
+        meshes: vec![Mesh::new(positions, triangles, 0).unwrap()],
+        materials: vec![Material::default()],
+        ..Scene::default()
+    }
+}
+
+#[test]
+fn two_hundred_million_voxels_fit() {
+    let Some(gpu) = common::core_gpu() else { return };
+    let camera = Camera::look_at(Vec3::new(50.0, 45.0, 99.0), Vec3::splat(50.0), Vec3::Y, 0.9).unwrap();
+    let stage = Stage::new("wide", wide_scene(), camera.clone(), (64, 48), 0.5);
+    let bvh = WideBvh::build(&stage.scene).unwrap();
+    let ends = vec![ends_of(&stage.bvh, &camera, stage.size)];
+    let sun = DirectionalLight::new(Vec3::new(0.1, -1.0, 0.05), Vec3::ONE).unwrap();
+    let lights = vec![Light::Directional(sun)];
+    let show = Show { stage, bvh, lights, cameras: vec![camera], ends, range: 100.0 };
+    let froxels = Froxels { slices: 64, ..Froxels::new(show.range) };
+    let size = 1.0 / 6.0;
+    let grid = SharedGrid { near: Near::Grid, ..SharedGrid::marked(size) };
+    let lattice = grid.lattice(&show.stage.bvh.bounds()).unwrap();
+    assert!(lattice.count() > 216_000_000);
+    let mut dense = fog(&gpu);
+    let (a, dense_counts) = show.on_gpu(&gpu, &mut dense, froxels.with_grid(grid));
+    let sparse = SharedGrid { memory: GridMemory::Bricks { most: 1 << 14 }, ..grid };
+    let mut bricks = fog(&gpu);
+    let (b, sparse_counts) = show.on_gpu(&gpu, &mut bricks, froxels.with_grid(sparse));
+    assert_eq!((a, dense_counts.rays()), (b, sparse_counts.rays()));
+    assert_eq!(sparse_counts.missed, 0);
+    let (dense, bricks) = (dense.stats().bytes, bricks.stats().bytes);
+    println!("{dense} bytes dense, {bricks} in bricks, of which {} are used", sparse_counts.bricks);
+    assert!(dense > 216_000_000 && 3 * bricks < dense);
+    // no voxel smaller than that fits, and bricks do
+    let finer = SharedGrid { voxel_size: 0.14, ..grid };
+    let refused = attempt(&show, &gpu, froxels.with_grid(finer));
+    assert!(
+        matches!(refused, Err(PrepareError::TooLarge { what: "the shared shadow grid", .. })),
+        "{refused:?}"
+    );
+    let finer = SharedGrid { voxel_size: 0.14, ..sparse };
+    assert!(attempt(&show, &gpu, froxels.with_grid(finer)).is_ok());
+}
+
+fn attempt(show: &Show, gpu: &GpuContext, froxels: Froxels) -> Result<(), PrepareError> {
+    let bvh = show.uploaded(gpu);
+    let shadows = Some(Shadows::Rays { bvh: &bvh, casters: show.stage.bvh.bounds() });
+    let lamps: Vec<_> = show.lights.iter().map(|light| Lamp { light, shadows, volume: None }).collect();
+    let view = |camera| View {
+        camera,
+        size: show.stage.size,
+        depth: SceneDepth::Nothing,
+        max_distance: f64::INFINITY,
+    };
+    let views: Vec<View<'_>> = show.cameras.iter().map(view).collect();
+    let frame = Frame {
+        views: &views,
+        medium: &show.stage.medium,
+        lamps: &lamps,
+        model: AirlightModel::Sun,
+        technique: Technique::Froxels(froxels),
+        scattering_scale: 1,
+        anew_at_edges: false,
+    };
+    fog(gpu).prepare(&gpu.device, &gpu.queue, &frame)
+}
+
+#[test]
+fn what_does_not_fit_is_named() {
+    let Some(gpu) = gpu() else { return };
+    let mut show = Show::new("slats", (8, 8), 1);
+    let froxels = Froxels { slices: 4, ..Froxels::new(show.range) };
+    let said = |show: &Show, froxels: Froxels| attempt(show, &gpu, froxels).unwrap_err().to_string();
+    assert!(said(&show, Froxels { range: f32::INFINITY, ..froxels }).contains("range"));
+    assert!(said(&show, Froxels { tile: 0, ..froxels }).contains("tile"));
+    assert!(
+        said(&show, froxels.with_grid(SharedGrid { near: Near::Grid, ..SharedGrid::paper(1e-9) }))
+            .contains("larger voxels")
+    );
+    let bricks =
+        SharedGrid { memory: GridMemory::Bricks { most: 64 }, near: Near::Grid, ..SharedGrid::marked(1e-4) };
+    assert!(said(&show, froxels.with_grid(bricks)).contains("bricks along an axis"));
+    show.lights = vec![show.lights[0].clone(); 33];
+    assert!(said(&show, froxels).contains("at most 32 lights"));
+    show.lights.truncate(1);
+    show.cameras = vec![show.cameras[0].clone(); 257];
+    assert!(said(&show, froxels).contains("256"));
+}
+
+#[test]
+fn a_scene_pays_for_what_it_has() {
+    let Some(gpu) = gpu() else { return };
+    let mut show = Show::new("slats", (32, 32), 2);
+    let froxels = Froxels { slices: 16, ..Froxels::new(show.range) };
+    let near = Near::Frustum { side: 2, slices: 5 };
+    let grid = froxels.with_grid(SharedGrid { near, ..SharedGrid::marked(show.range / 50.0) });
+    let passes = |show: &Show, froxels: Froxels| {
+        let mut fog = fog(&gpu);
+        let (pictures, counts) = show.on_gpu(&gpu, &mut fog, froxels);
+        let mut names = fog.stats().passes.clone();
+        names.dedup();
+        (names.into_iter().map(|name| name.replace("froxels: ", "")).collect::<Vec<_>>(), pictures, counts)
+    };
+    let has = |names: &[String], name: &str| names.iter().any(|n| n == name);
+    let (names, _, counts) = passes(&show, grid);
+    assert!(
+        ["near shadows", "marks", "grid shadows", "lighting"].iter().all(|name| has(&names, name)),
+        "{names:?}"
+    );
+    assert!(counts.near_rays > 0 && counts.grid_rays > 0);
+    let (names, _, counts) = passes(&show, froxels);
+    assert!(
+        has(&names, "near shadows") && !has(&names, "marks") && !has(&names, "grid shadows"),
+        "{names:?}"
+    );
+    assert_eq!(counts.grid_rays, 0);
+    // nothing scatters, or nothing shines: no pass at all
+    let medium = std::mem::replace(&mut show.stage.medium, Medium::homogeneous([0.0; 3], [0.1; 3]).unwrap());
+    let (names, pictures, _) = passes(&show, grid);
+    assert!(names.is_empty() && pictures.iter().flatten().all(|pixel| *pixel == [0.0; 3]), "{names:?}");
+    show.stage.medium = medium;
+    show.lights.clear();
+    let (names, pictures, _) = passes(&show, grid);
+    assert!(names.is_empty() && pictures.iter().flatten().all(|pixel| *pixel == [0.0; 3]), "{names:?}");
 }
