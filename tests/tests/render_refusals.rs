@@ -171,8 +171,8 @@ fn a_refusal_is_the_only_line() {
             &render("bare.glb --against exact-shadow-map --shadow-map 16384"),
             "--shadow-map 16384",
         ),
-        desk.misrefused(&render("bare.glb --technique froxel"), "--technique"),
-        desk.misrefused(&render("bare.glb --against froxel"), "--against"),
+        desk.misrefused(&render("bare.glb --technique shared-grid --voxel-size 1e-9"), "--voxel-size"),
+        desk.misrefused(&render("bare.glb --against shared-grid --voxel-size 1e-9"), "--voxel-size"),
         desk.misrefused(&render("glowing.glb --technique hybrid"), "hybrid cannot take an emitting medium"),
         desk.misrefused(
             &render("foggy.glb --technique hybrid"),
@@ -188,9 +188,12 @@ fn a_refusal_is_the_only_line() {
             "--shadow-map",
         ),
         desk.misrefused(&render("bare.glb --light-texture absent.png"), "absent.png"),
-        desk.misrefused(&render("bare.glb --sigma-s 1 --technique froxel"), "--technique"),
+        desk.misrefused(
+            &render("bare.glb --sigma-s 1 --technique shared-grid --voxel-size 1e-9"),
+            "--voxel-size",
+        ),
         desk.misrefused(&render("noted.glb --camera nope"), "--camera"),
-        desk.misrefused(&render("noted.glb --technique froxel"), "--technique"),
+        desk.misrefused(&render("noted.glb --technique shared-grid --voxel-size 1e-9"), "--voxel-size"),
         desk.misrefused(&render("glowing.glb --technique exact"), "exact"),
         desk.misrefused(&render("glowing.glb --technique exact-shadow-map"), "exact-shadow-map cannot take"),
         desk.misrefused(&render("glowing.glb --against exact-shadow-map"), "--against"),
@@ -207,10 +210,10 @@ fn a_refusal_is_the_only_line() {
             &render("bare.glb --against exact-shadow-map --shadow-map 1 --map-surface linear"),
             "--shadow-map",
         ),
-        desk.misrefused(&render("procedural:triangle --technique shared-grid --samples 5"), "--technique"),
+        // flags without use are not said before
         desk.misrefused(
-            &render("procedural:triangle --technique froxel --map-surface linear"),
-            "--technique",
+            &render("procedural:triangle --technique shared-grid --samples 5 --voxel-size 1e-9"),
+            "--voxel-size",
         ),
     ]);
 }

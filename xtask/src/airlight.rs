@@ -13,19 +13,24 @@ use scene::{Bvh, BvhVisibility, DRay, Interval, Light, Visibility};
 use shadowmap::{Bias, DepthMap, ExactShadowMap, Filter, MapVisibility, SurfaceVisibility};
 
 use crate::failure::{Failure, Outcome};
+use crate::froxels::{self, FroxelCost};
 use crate::maps::{MapSurface, Maps};
 use crate::scene_args::Setup;
-use crate::technique::{self, Extruded, Options, Technique, VisibilitySource};
+use crate::technique::{Extruded, Options, Technique, VisibilitySource};
 use crate::view_rays::ViewRays;
+use crate::viewers::Viewer;
 use crate::volumes::extruded_mesh;
 
 /// What the stages before left for the airlight.
+#[derive(Clone, Copy)]
 pub(crate) struct Stage<'a> {
     pub(crate) setup: &'a Setup,
     pub(crate) bvh: &'a Bvh,
     pub(crate) options: &'a Options,
     pub(crate) rays: &'a ViewRays,
     pub(crate) maps: &'a Maps,
+    /// Viewers beside the first, for techniques that take any.
+    pub(crate) further: &'a [Viewer],
     /// Told of every finished row.
     pub(crate) tick: &'a (dyn Fn(u64) + Sync),
 }
@@ -45,6 +50,8 @@ pub(crate) struct Airlight {
     pub(crate) pyramid_bytes: usize,
     /// Triangles of what was made from the maps, where there are any.
     pub(crate) mesh_triangles: Option<u64>,
+    /// Of techniques with froxels.
+    pub(crate) froxels: Option<FroxelCost>,
     /// Passes on the GPU and their times in ms, where there are any.
     pub(crate) passes: Vec<(String, f64)>,
 }
@@ -52,7 +59,7 @@ pub(crate) struct Airlight {
 impl Stage<'_> {
     /// The airlight by `technique`.
     ///
-    /// Fails as [`technique::check`] does.
+    /// Fails as [`check`](crate::technique::check) does.
     pub(crate) fn run(&self, technique: Technique) -> Outcome<Airlight> {
         let started = Instant::now();
         let found = match technique {
@@ -67,10 +74,8 @@ impl Stage<'_> {
             Technique::BruteForce => self.brute_force()?,
             Technique::Hybrid => self.hybrid()?,
             Technique::LightVolume => self.light_volume()?,
-            other => {
-                return technique::check(self.setup, other, "--technique")
-                    .and(Err(Failure::program("a technique without a renderer")));
-            }
+            // its time is that of the frame, without the hierarchy
+            Technique::Froxel | Technique::SharedGrid => return froxels::airlight(self, technique, None),
         };
         Ok(Airlight { ms: started.elapsed().as_secs_f64() * 1e3, ..found })
     }

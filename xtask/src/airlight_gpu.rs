@@ -13,6 +13,7 @@ use shadowmap::Bias;
 
 use crate::airlight::{Airlight, Stage, light_volumes};
 use crate::failure::{Failure, Outcome};
+use crate::froxels;
 use crate::gpu;
 use crate::maps::MapSurface;
 use crate::scene_args::Setup;
@@ -21,11 +22,15 @@ use crate::volumes;
 
 /// Why the GPU cannot do what is asked, if so; the CPU can.
 pub(crate) fn lacks(setup: &Setup, technique: Technique) -> Option<String> {
-    if setup.lights.len() > MAX_LIGHTS {
+    if setup.lights.len() > MAX_LIGHTS && !technique.has_froxels() {
         return Some(format!("{} lights, and {MAX_LIGHTS} fit on the GPU", setup.lights.len()));
     }
     match technique {
-        Technique::BruteForce | Technique::Hybrid | Technique::LightVolume => None,
+        Technique::BruteForce
+        | Technique::Hybrid
+        | Technique::LightVolume
+        | Technique::Froxel
+        | Technique::SharedGrid => None,
         Technique::ExactShadowMap => {
             let local = setup.lights.iter().any(|light| !matches!(light, Light::Directional(_)));
             if setup.medium.bounds.is_some() {
@@ -39,7 +44,7 @@ pub(crate) fn lacks(setup: &Setup, technique: Technique) -> Option<String> {
                 None
             }
         }
-        other => Some(format!("{} runs on the CPU alone", other.name())),
+        Technique::Exact => Some("exact runs on the CPU alone".into()),
     }
 }
 
@@ -300,6 +305,9 @@ fn volumes(gpu: &GpuContext, stage: &Stage<'_>) -> Outcome<Vec<ShadowVolume>> {
 
 /// The airlight by `technique`: the second of two renderings, since the first also compiles.
 pub(crate) fn run(gpu: &GpuContext, stage: &Stage<'_>, technique: Technique) -> Outcome<Airlight> {
+    if technique.has_froxels() {
+        return froxels::airlight(stage, technique, Some(gpu));
+    }
     let mut frame = GpuFrame::new(gpu, stage, technique)?;
     frame.render(false)?;
     let times = frame.render(true)?;
@@ -312,6 +320,7 @@ pub(crate) fn run(gpu: &GpuContext, stage: &Stage<'_>, technique: Technique) -> 
         rays: if frame.bvh.is_some() { frame.stats().samples } else { 0 },
         pyramid_bytes: frame.pyramid_bytes() as usize,
         mesh_triangles: frame.mesh_triangles()?,
+        froxels: None,
         passes: times.passes.into_iter().filter_map(|pass| Some((pass.name, pass.ms?))).collect(),
     })
 }

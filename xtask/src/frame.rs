@@ -3,12 +3,13 @@
 //! View rays, shadow maps and surfaces belong to a frame without fog as well. So they are stages of their own, alike for
 //! every technique, and a technique's time is that of its airlight alone.
 
-use gpu_backend::GpuContext;
+use gpu_backend::{GpuContext, MAX_LIGHTS};
 use scene::Bvh;
 
 use crate::airlight::Stage;
 use crate::airlight_gpu;
 use crate::failure::Outcome;
+use crate::froxels::FroxelCost;
 use crate::image_file::Image;
 use crate::maps::Maps;
 use crate::progress::Progress;
@@ -17,6 +18,7 @@ use crate::surfaces;
 use crate::surfaces_gpu;
 use crate::technique::{Options, Technique, check};
 use crate::view_rays::ViewRays;
+use crate::viewers::{self, Viewer};
 
 /// A finished picture; times are wall times in ms, the hierarchy's construction excluded.
 #[derive(Debug, Clone)]
@@ -24,7 +26,7 @@ pub(crate) struct Picture {
     pub(crate) image: Image,
     /// Time of the technique: all that it adds to a frame without fog, its preparation included.
     pub(crate) ms: f64,
-    /// Time of finding where the view rays end.
+    /// Time of finding where the view rays of all viewers end.
     pub(crate) ms_view_rays: f64,
     /// Time of drawing the shadow maps; absent where none was drawn.
     pub(crate) ms_map: Option<f64>,
@@ -42,6 +44,8 @@ pub(crate) struct Picture {
     pub(crate) map_bytes: usize,
     /// Memory of what the technique prepared from the maps; units: bytes.
     pub(crate) pyramid_bytes: usize,
+    /// Of techniques with froxels.
+    pub(crate) froxels: Option<FroxelCost>,
     /// Triangles of what the technique made from the maps, where there are any.
     pub(crate) mesh_triangles: Option<u64>,
 }
@@ -67,7 +71,8 @@ impl Picture {
     /// Memory of everything that the frame held, the hierarchy excluded; units: bytes.
     pub(crate) fn bytes(&self) -> usize {
         let image = size_of_val(&*self.image.pixels);
-        image + self.view_ray_bytes + self.map_bytes + self.pyramid_bytes
+        let froxels = self.froxels.map_or(0, |cost| cost.bytes as usize);
+        image + self.view_ray_bytes + self.map_bytes + self.pyramid_bytes + froxels
     }
 }
 
@@ -93,23 +98,37 @@ pub(crate) fn render(
     check(setup, technique, "--technique")?;
     let options = &options.of(technique);
     let rays = ViewRays::trace(&setup.camera, bvh, options.size);
+    let near = options.froxels.range.map(|range| rays.up_to(range));
+    let further = further_viewers(setup, bvh, technique, options);
     let maps = if draws_maps(setup, technique, options) {
         Maps::draw(setup, &options.map)?
     } else {
         Maps::none(setup.lights.len())
     };
-    // on a GPU there are no rows to tell of, and what it cannot hold is refused in one line
-    let progress = Progress::new(if gpu.is_some() { "" } else { label }, u64::from(options.size.1));
+    // neither a GPU nor froxels have rows to tell of, and what they cannot hold is refused in one line
+    let silent = gpu.is_some() || technique.has_froxels();
+    let progress = Progress::new(if silent { "" } else { label }, u64::from(options.size.1));
     let tick = |rows| progress.inc(rows);
-    let stage = Stage { setup, bvh, options, rays: &rays, maps: &maps, tick: &tick };
+    let stage = Stage {
+        setup,
+        bvh,
+        options,
+        rays: near.as_ref().unwrap_or(&rays),
+        maps: &maps,
+        further: &further,
+        tick: &tick,
+    };
     let airlight = match gpu {
         Some(gpu) => airlight_gpu::run(gpu, &stage, technique)?,
         None => stage.run(technique)?,
     };
     let lit = match gpu {
         _ if options.airlight_only => None,
-        Some(gpu) => Some(surfaces_gpu::run(gpu, setup, bvh, &rays, options.size)?),
-        None => Some(surfaces::run(setup, bvh, &rays, options)),
+        // froxels take more lights than surfaces do there
+        Some(gpu) if setup.lights.len() <= MAX_LIGHTS => {
+            Some(surfaces_gpu::run(gpu, setup, bvh, &rays, options.size)?)
+        }
+        _ => Some(surfaces::run(setup, bvh, &rays, options)),
     };
     let mut radiance = airlight.radiance;
     if let Some(lit) = &lit {
@@ -120,15 +139,30 @@ pub(crate) fn render(
     Ok(Picture {
         image: Image { width: options.size.0, height: options.size.1, pixels },
         ms: airlight.ms,
-        ms_view_rays: rays.ms,
+        ms_view_rays: rays.ms + further.iter().map(|viewer| viewer.rays.ms).sum::<f64>(),
         ms_map: maps.any().then_some(maps.ms),
         ms_surfaces: lit.map(|lit| lit.ms),
         samples: airlight.samples,
         rays: airlight.rays,
         gpu_passes: airlight.passes,
-        view_ray_bytes: rays.bytes(),
+        view_ray_bytes: rays.bytes() + further.iter().map(|viewer| viewer.rays.bytes()).sum::<usize>(),
         map_bytes: maps.bytes(),
         pyramid_bytes: airlight.pyramid_bytes,
+        froxels: airlight.froxels,
         mesh_triangles: airlight.mesh_triangles,
     })
+}
+
+/// The viewers beside the first that the options ask for, if the technique takes any.
+fn further_viewers(setup: &Setup, bvh: &Bvh, technique: Technique, options: &Options) -> Vec<Viewer> {
+    let count = options.froxels.viewers as usize;
+    if count < 2 || !technique.has_froxels() {
+        return Vec::new();
+    }
+    let cameras = viewers::scattered(&setup.cameras(), bvh, count).into_iter().skip(1);
+    let mut all: Vec<Viewer> = cameras.map(|camera| Viewer::new(camera, bvh, options.size)).collect();
+    if let Some(range) = options.froxels.range {
+        all.iter_mut().for_each(|viewer| viewer.rays = viewer.rays.up_to(range));
+    }
+    all
 }

@@ -13,6 +13,7 @@ mod eval;
 mod experiments;
 mod failure;
 mod frame;
+mod froxels;
 mod gpu;
 mod image_file;
 mod maps;
@@ -29,6 +30,7 @@ mod surfaces;
 mod surfaces_gpu;
 mod technique;
 mod view_rays;
+mod viewers;
 mod volumes;
 
 use failure::Outcome;

@@ -11,6 +11,7 @@ use serde_json::{Value, json};
 use crate::airlight_gpu;
 use crate::failure::{Failure, Outcome};
 use crate::frame::{self, Picture};
+use crate::froxels::{self, FroxelCost};
 use crate::gpu;
 use crate::image_file;
 use crate::maps::{DEFAULT_SIDE, MapOptions, MapSurface};
@@ -18,7 +19,7 @@ use crate::metrics;
 use crate::output_file;
 use crate::report::data::Adapter;
 use crate::scene_args::{SceneArgs, Setup};
-use crate::technique::{self, Options, Technique, Tessellation, VisibilitySource};
+use crate::technique::{self, FroxelOptions, Options, Technique, Tessellation, VisibilitySource};
 
 /// Longest side of a picture; units: pixels.
 const MAX_SIDE: u32 = 16384;
@@ -90,10 +91,10 @@ struct QualityArgs {
     #[arg(long, value_name = "1|2|4", allow_hyphen_values = true, value_parser = ["1", "2", "4"])]
     scattering_scale: Option<String>,
     /// Side of a voxel of the shared grid, in m.
-    #[arg(long, value_name = "M", allow_hyphen_values = true, value_parser = parse_positive)]
-    voxel_size: Option<f64>,
-    /// Number of viewers.
-    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = clap::value_parser!(u32).range(1..=1024))]
+    #[arg(long, value_name = "M", allow_hyphen_values = true, value_parser = parse_metres)]
+    voxel_size: Option<f32>,
+    /// Number of viewers that share a frame of froxels; the picture is the first one's.
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = clap::value_parser!(u32).range(1..=256))]
     viewers: Option<u32>,
     /// Largest shadow_err that is accepted.
     #[arg(long, value_name = "E", allow_hyphen_values = true, value_parser = parse_positive)]
@@ -164,6 +165,16 @@ fn parse_positive(text: &str) -> Result<f64, String> {
         .ok_or("must be a finite number above 0".into())
 }
 
+/// A finite length above 0, also as an `f32`.
+fn parse_metres(text: &str) -> Result<f32, String> {
+    let metres = parse_positive(text)? as f32;
+    if metres.is_finite() && metres > 0.0 {
+        Ok(metres)
+    } else {
+        Err("must be a number of metres that fits".into())
+    }
+}
+
 fn parse_tessellation(text: &str) -> Result<Tessellation, String> {
     let (kind, parameter) =
         text.split_once(':').map_or((text, None), |(kind, parameter)| (kind, Some(parameter)));
@@ -207,7 +218,14 @@ pub(crate) fn run(args: &RenderArgs) -> Outcome {
     let techniques: Vec<Technique> = std::iter::once(technique).chain(args.against).collect();
     // the reference may run elsewhere
     let gpu = args.backend.choose(args.adapter.as_deref(), &setup, &techniques[..1])?;
-    let options = args.options(gpu.is_some(), &techniques);
+    let mut options = args.options(gpu.is_some(), &techniques);
+    if techniques.iter().any(|technique| technique.has_froxels()) {
+        let range = args.range(&setup, &bvh);
+        // what froxels are compared with ends where they do
+        (options.froxels.range, options.max_distance) = (Some(range), range.into());
+        let mut all = techniques.iter().filter(|technique| technique.has_froxels());
+        all.try_for_each(|&technique| froxels::check(technique, &setup, &bvh, &options))?;
+    }
     if techniques.iter().any(|&technique| frame::draws_maps(&setup, technique, &options)) {
         techniques.iter().try_for_each(|&technique| options.of(technique).map.check(&setup))?;
         if techniques.contains(&Technique::LightVolume) {
@@ -218,6 +236,9 @@ pub(crate) fn run(args: &RenderArgs) -> Outcome {
     // not before: what a GPU cannot hold is refused by then, in the only line there is
     setup.say_notes();
     args.say_unused(&techniques, &options);
+    if let Some(range) = options.froxels.range {
+        tracing::info!("airlight ends with the froxels, {range:.4} m from the camera");
+    }
     let unusable = picture.image.pixels.iter().flatten().filter(|value| !value.is_finite()).count();
     if unusable > 0 {
         return Err(Failure::program(format!(
@@ -336,7 +357,27 @@ fn describe(
         "rays": picture.rays,
         "mesh_triangles": picture.mesh_triangles,
         "shadow_map": map,
+        "froxels": picture.froxels.map(|cost| froxels_json(&cost)),
         "bytes": bvh.bytes() + picture.bytes(),
+    })
+}
+
+/// What froxels cost, all viewers together.
+fn froxels_json(cost: &FroxelCost) -> Value {
+    let FroxelCost { froxels, viewers, counts, bytes } = cost;
+    json!({
+        "viewers": viewers,
+        "range": froxels.range,
+        "voxel_size": froxels.grid().map(|grid| grid.voxel_size),
+        "froxels": counts.froxels,
+        "rays_near": counts.near_rays,
+        "rays_grid": counts.grid_rays,
+        "voxels": counts.voxels,
+        "bricks": counts.bricks,
+        "missed": counts.missed,
+        "dropped": counts.dropped,
+        "not_finite": counts.not_finite,
+        "bytes": bytes,
     })
 }
 
@@ -364,6 +405,11 @@ impl RenderArgs {
                 defaults.visibility
             }),
             tessellation: self.quality.tessellation.unwrap_or_default(),
+            froxels: FroxelOptions {
+                voxel_size: self.quality.voxel_size,
+                viewers: self.quality.viewers.unwrap_or(1),
+                ..defaults.froxels
+            },
             map: MapOptions {
                 side: self.quality.shadow_map.unwrap_or(DEFAULT_SIDE),
                 surface: self.map_surface.unwrap_or(if enclosed {
@@ -374,6 +420,14 @@ impl RenderArgs {
             },
             ..defaults
         }
+    }
+
+    /// Where froxels end; units: m.
+    fn range(&self, setup: &Setup, bvh: &Bvh) -> f32 {
+        let given = self.max_distance.map(|metres| metres as f32);
+        given
+            .filter(|metres| metres.is_finite() && *metres > 0.0)
+            .unwrap_or_else(|| froxels::range(setup, bvh))
     }
 
     /// Says which of the given flags none of the techniques that run has a use for.

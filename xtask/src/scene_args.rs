@@ -78,6 +78,12 @@ pub(crate) struct Setup {
 }
 
 impl Setup {
+    /// The camera, and the others of the scene.
+    pub(crate) fn cameras(&self) -> Vec<Camera> {
+        let others = self.scene.cameras.iter().filter(|other| **other != self.camera);
+        std::iter::once(&self.camera).chain(others).cloned().collect()
+    }
+
     /// Says the notes on stderr.
     pub(crate) fn say_notes(&self) {
         for note in &self.notes {

@@ -1,6 +1,7 @@
 //! The techniques by name: what each takes, and what a picture is to show.
 
 use clap::ValueEnum;
+use froxel_grid::{FroxelError, MAX_LIGHTS};
 use gpu_backend::AirlightForm;
 use ground_truth::Reference;
 use hybrid_march::{Hybrid, Placement};
@@ -66,6 +67,11 @@ impl Technique {
         if self == Self::Hybrid { DEFAULT_HYBRID_SAMPLES } else { DEFAULT_SAMPLES }
     }
 
+    /// Whether it fills froxels, which end at a range.
+    pub(crate) fn has_froxels(self) -> bool {
+        matches!(self, Self::Froxel | Self::SharedGrid)
+    }
+
     /// Whether its airlight can be computed for blocks of pixels.
     pub(crate) fn takes_scale(self) -> bool {
         matches!(self, Self::BruteForce | Self::Hybrid)
@@ -79,6 +85,8 @@ impl Technique {
             "--shadow-map" => self.reads_maps(visibility),
             "--map-surface" => self.reads_maps(visibility) && self != Self::LightVolume,
             "--tessellation" => self == Self::LightVolume,
+            "--voxel-size" => self == Self::SharedGrid,
+            "--viewers" => self.has_froxels(),
             _ => false,
         }
     }
@@ -199,6 +207,25 @@ impl HybridOptions {
     }
 }
 
+/// How far froxels go, how fine the grid is, and who shares it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct FroxelOptions {
+    /// Where the airlight of every technique ends, as that of froxels must; without, froxels end where the scene does; units: m.
+    pub(crate) range: Option<f32>,
+    /// Side of a voxel of the shared grid; a share of the scene's longest side without; units: m.
+    pub(crate) voxel_size: Option<f32>,
+    /// Pixels along the side of a froxel.
+    pub(crate) tile: u32,
+    /// Viewers whose froxels a frame fills; the picture is that of the first.
+    pub(crate) viewers: u32,
+}
+
+impl Default for FroxelOptions {
+    fn default() -> Self {
+        Self { range: None, voxel_size: None, tile: 8, viewers: 1 }
+    }
+}
+
 /// What a picture shows, beside its scene.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Options {
@@ -218,6 +245,8 @@ pub(crate) struct Options {
     pub(crate) tessellation: Tessellation,
     /// Crossings of each pixel with it that are kept and sorted on a GPU; as many as pay without.
     pub(crate) kept: Option<u32>,
+    /// For techniques with froxels.
+    pub(crate) froxels: FroxelOptions,
     /// What techniques that march ask.
     pub(crate) visibility: VisibilitySource,
     /// For techniques that read shadow maps.
@@ -238,6 +267,7 @@ impl Options {
             hybrid: HybridOptions::default(),
             tessellation: Tessellation::default(),
             kept: None,
+            froxels: FroxelOptions::default(),
             visibility: VisibilitySource::default(),
             map: MapOptions::default(),
         }
@@ -255,7 +285,7 @@ impl Options {
     }
 }
 
-/// Fails if this version does not have the technique, or the technique cannot take the medium.
+/// Fails if the technique cannot take the medium or the lights.
 ///
 /// `flag` is what asked for it.
 pub(crate) fn check(setup: &Setup, technique: Technique, flag: &str) -> Outcome {
@@ -270,10 +300,14 @@ pub(crate) fn check(setup: &Setup, technique: Technique, flag: &str) -> Outcome 
         }
         Technique::LightVolume => SignedAirlight::<f64>::check(&setup.medium, &setup.lights, setup.model)
             .map_err(|refusal| refused(refusal, flag)),
-        other => Err(Failure::input(format!(
-            "{flag} {}: not in this version, which has exact, exact-shadow-map, brute-force, hybrid and light-volume",
-            other.name()
-        ))),
+        Technique::Froxel | Technique::SharedGrid => {
+            let got = setup.lights.len();
+            if got > MAX_LIGHTS {
+                let error = FroxelError::TooManyLights { got, most: MAX_LIGHTS };
+                return Err(Failure::input(format!("{flag} {}: {error}", technique.name())));
+            }
+            Ok(())
+        }
     }
 }
 

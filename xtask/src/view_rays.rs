@@ -43,6 +43,16 @@ impl ViewRays {
         if self.triangles[pixel] == NO_TRIANGLE { max_distance } else { distance }
     }
 
+    /// The same rays, none of which is integrated farther than `range` metres. What they hit is no longer known.
+    pub(crate) fn up_to(&self, range: f32) -> Self {
+        Self {
+            ends: self.ends.iter().map(|end| end.min(range)).collect(),
+            triangles: self.triangles.clone(),
+            distances: self.distances.iter().map(|distance| distance.min(f64::from(range))).collect(),
+            ms: self.ms,
+        }
+    }
+
     /// What the ray of a pixel hits.
     pub(crate) fn hit(&self, pixel: usize, bvh: &Bvh) -> Option<Hit> {
         bvh.hit_on(self.triangles[pixel] as usize, self.distances[pixel])
@@ -74,6 +84,9 @@ mod tests {
             hits += usize::from(hit.is_some());
         }
         assert!(hits > 5 && hits < 63, "{hits}");
+        let near = rays.up_to(3.0);
+        assert!(near.ends.iter().zip(&rays.ends).all(|(near, far)| *near == far.min(3.0)));
+        assert!((0..63).all(|pixel| near.end(pixel, 3.0) == rays.end(pixel, 3.0).min(3.0)));
         assert_eq!(rays.bytes(), 63 * 16);
     }
 }

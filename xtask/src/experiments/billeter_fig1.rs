@@ -120,7 +120,8 @@ fn alone(arena: &Arena) -> Outcome<Vec<[Image; 2]>> {
         let maps = Maps { maps: vec![arena.map.maps.maps[index].clone()], ms: 0.0 };
         let run = |technique, options, maps| {
             let Arena { bvh, rays, .. } = arena;
-            let airlight = Stage { setup: &setup, bvh, options, rays, maps, tick: &|_| () }.run(technique)?;
+            let airlight = Stage { setup: &setup, bvh, options, rays, maps, further: &[], tick: &|_| () }
+                .run(technique)?;
             Ok(super::measure::picture(arena.base.size, &airlight))
         };
         let lit = run(Technique::ExactShadowMap, &arena.base, &maps)?;

@@ -9,6 +9,7 @@ use serde_json::json;
 
 use super::equal_error::median;
 use super::hard_case_list::{Case, Weight, cases};
+use super::hard_case_range::Ranged;
 use super::measure::{Arena, Runner, Setting, WARM_FRAMES, base, in_turns, picture};
 use super::shown::clock_note;
 use super::{Context, Preset, experiment, gpu_or_cpu};
@@ -34,6 +35,9 @@ const WORSE: (f64, f64) = (2.0, 0.01);
 /// picture of the same map.
 const VOLUME_BARS: (f64, f64) = (1e-3, 2e-3);
 
+/// Relative RMSE, and share of what shadows change: froxels claim to be below one of the two.
+const FROXEL_BARS: (f64, f64) = (0.3, 0.5);
+
 /// Relative RMSE that f32 makes of any picture.
 const ROUNDING: f64 = 1e-5;
 
@@ -56,10 +60,14 @@ enum Way {
     StaticVolume,
     LightVolumeOnCpu,
     StaticVolumeOnCpu,
+    Froxels,
+    SharedGrid,
+    FroxelsOnCpu,
+    SharedGridOnCpu,
 }
 
 impl Way {
-    const ALL: [Self; 11] = [
+    const ALL: [Self; 15] = [
         Self::Traversal,
         Self::Hybrid,
         Self::PlainHybrid,
@@ -71,12 +79,23 @@ impl Way {
         Self::StaticVolume,
         Self::LightVolumeOnCpu,
         Self::StaticVolumeOnCpu,
+        Self::Froxels,
+        Self::SharedGrid,
+        Self::FroxelsOnCpu,
+        Self::SharedGridOnCpu,
     ];
 
     /// Those for which there is time: compiling their shaders takes half a second a case and technique in software.
     fn of(preset: Preset) -> &'static [Self] {
         match preset {
-            Preset::Smoke => &[Self::Hybrid, Self::PlainHybrid, Self::March, Self::LightVolume],
+            Preset::Smoke => &[
+                Self::Hybrid,
+                Self::PlainHybrid,
+                Self::March,
+                Self::LightVolume,
+                Self::FroxelsOnCpu,
+                Self::SharedGridOnCpu,
+            ],
             Preset::Quick => &[
                 Self::Traversal,
                 Self::Hybrid,
@@ -84,6 +103,8 @@ impl Way {
                 Self::March,
                 Self::LightVolume,
                 Self::StaticVolume,
+                Self::Froxels,
+                Self::SharedGrid,
             ],
             Preset::Standard | Preset::Paper => &Self::ALL,
         }
@@ -92,7 +113,9 @@ impl Way {
     /// Those of a preset that differ from each other: without a GPU everything is on the CPU.
     fn of_context(context: &Context) -> Vec<Self> {
         let of_preset = Self::of(context.preset).iter().copied();
-        of_preset.filter(|way| context.gpu.is_some() || !way.on_cpu()).collect()
+        // the shortest preset has some on the CPU alone
+        let alone = context.preset == Preset::Smoke;
+        of_preset.filter(|way| context.gpu.is_some() || alone || !way.on_cpu()).collect()
     }
 
     fn name(self) -> &'static str {
@@ -108,11 +131,23 @@ impl Way {
             Self::StaticVolume => "light volume, static",
             Self::LightVolumeOnCpu => "light volume, on the CPU",
             Self::StaticVolumeOnCpu => "light volume, static, on the CPU",
+            Self::Froxels => "froxels",
+            Self::SharedGrid => "shared grid",
+            Self::FroxelsOnCpu => "froxels, on the CPU",
+            Self::SharedGridOnCpu => "shared grid, on the CPU",
         }
     }
 
     fn on_cpu(self) -> bool {
-        matches!(self, Self::LightVolumeOnCpu | Self::StaticVolumeOnCpu)
+        matches!(
+            self,
+            Self::LightVolumeOnCpu | Self::StaticVolumeOnCpu | Self::FroxelsOnCpu | Self::SharedGridOnCpu
+        )
+    }
+
+    /// Whether it ends with froxels, as what it is compared with.
+    fn has_froxels(self) -> bool {
+        self.technique().has_froxels()
     }
 
     /// What a map means to it.
@@ -132,11 +167,13 @@ impl Way {
             Self::LightVolume | Self::StaticVolume | Self::LightVolumeOnCpu | Self::StaticVolumeOnCpu => {
                 Technique::LightVolume
             }
+            Self::Froxels | Self::FroxelsOnCpu => Technique::Froxel,
+            Self::SharedGrid | Self::SharedGridOnCpu => Technique::SharedGrid,
         }
     }
 
     fn reads_map(self) -> bool {
-        !matches!(self, Self::HybridByRays | Self::MarchByRays)
+        !matches!(self, Self::HybridByRays | Self::MarchByRays) && !self.has_froxels()
     }
 
     fn setting(self, base: Options, linear: &Arc<Maps>) -> Setting {
@@ -279,11 +316,16 @@ fn caught<T>(call: impl FnOnce() -> T) -> Result<T, String> {
 fn measure(context: &Context, case: &Case, side: u32, map: u32) -> Outcome<Done> {
     let arena = Arena::new(&*case.name, (case.build)()?, base(side, map))?;
     let (maps, on_linear) = linear(&arena)?;
+    let ranged = Ranged::new(&arena)?;
     let ways = Way::of_context(context);
-    let settings: Vec<Setting> = ways.iter().map(|way| way.setting(arena.base, &maps)).collect();
-    let stages: Vec<Stage<'_>> =
-        settings.iter().map(|setting| arena.stage(setting)).collect::<Outcome<_>>()?;
-    let cells = run_cells(context, &arena, &on_linear, &ways, &stages)?;
+    let base = |way: Way| if way.has_froxels() { ranged.options(arena.base) } else { arena.base };
+    let settings: Vec<Setting> = ways.iter().map(|way| way.setting(base(*way), &maps)).collect();
+    let mut stages: Vec<Stage<'_>> = Vec::new();
+    for (way, setting) in ways.iter().zip(&settings) {
+        let stage = arena.stage(setting)?;
+        stages.push(if way.has_froxels() { ranged.stage(stage) } else { stage });
+    }
+    let cells = run_cells(context, &arena, &on_linear, &ranged, &ways, &stages)?;
     let gpu_refusal = match &context.gpu {
         Some(gpu) if lacks(&arena.setup, Technique::BruteForce).is_some() => {
             stages.first().and_then(|stage| {
@@ -336,6 +378,7 @@ fn run_cells<'a>(
     context: &'a Context,
     arena: &'a Arena,
     on_linear: &Image,
+    ranged: &Ranged,
     ways: &[Way],
     stages: &'a [Stage<'a>],
 ) -> Outcome<Vec<(Way, Cell)>> {
@@ -364,17 +407,22 @@ fn run_cells<'a>(
             Ok(Err(failure)) => Cell::Refused(failure.to_string()),
             Ok(Ok((runner, pixels))) => {
                 let image = Image { width, height, pixels };
-                let compare = |reference| metrics::compare(&image, reference, Some(&arena.unshadowed), None);
+                let (exact, open) = if way.has_froxels() {
+                    (&ranged.exact, &ranged.open)
+                } else {
+                    (&arena.exact, &arena.unshadowed)
+                };
+                let compare = |reference| metrics::compare(&image, reference, Some(open), None);
                 Cell::Measured(Box::new(Measured {
                     ms: median(&times).unwrap_or(f64::NAN),
-                    on_gpu: runner.gpu.is_some(),
+                    on_gpu: runner.on_gpu(),
                     not_on_gpu,
                     on_map: compare(if way.surface() == MapSurface::Linear {
                         on_linear
                     } else {
                         &arena.map.exact
                     })?,
-                    on_geometry: compare(&arena.exact)?,
+                    on_geometry: compare(exact)?,
                     negative: image.pixels.iter().flatten().filter(|value| **value < 0.0).count() as u64,
                 }))
             }
@@ -479,6 +527,7 @@ fn checks(context: &Context, all: &[Done]) -> Vec<Check> {
     checks.extend(
         [Way::StaticVolume, Way::StaticVolumeOnCpu].into_iter().filter_map(|way| exactness(all, way)),
     );
+    checks.extend(Way::ALL.into_iter().filter(|way| way.has_froxels()).filter_map(|way| closeness(all, way)));
     let refusal = all.iter().find(|done| done.lights == 9).and_then(|done| done.gpu_refusal.clone());
     let typed = refusal.as_ref().map(|text| f64::from(u8::from(!text.starts_with("PANIC"))));
     let mut check = Check::new(
@@ -519,10 +568,37 @@ fn exactness(all: &[Done], way: Way) -> Option<Check> {
     Some(check)
 }
 
+/// Whether froxels are in the class of errors that they claim; `None` where none was measured.
+fn closeness(all: &[Done], way: Way) -> Option<Check> {
+    let mut measured = all.iter().filter_map(|done| Some((done, done.of(way)?))).peekable();
+    measured.peek()?;
+    let far: Vec<String> = measured
+        .filter_map(|(done, m)| {
+            let Metrics { rel_rmse, shadow_err, .. } = m.on_geometry;
+            let off = rel_rmse > FROXEL_BARS.0 && shadow_err.is_none_or(|shadow| shadow > FROXEL_BARS.1);
+            let text = || {
+                format!("{}: {}, shadow {}", done.name, report::error(rel_rmse), report::error(shadow_err))
+            };
+            off.then(text)
+        })
+        .collect();
+    let claim = format!(
+        "cases in which {} are off by more than {} and by more than {} of what shadows change, up to their range",
+        way.name(),
+        report::error(FROXEL_BARS.0),
+        report::error(FROXEL_BARS.1)
+    );
+    let count = Some(far.len() as f64);
+    let mut check = Check::new(claim, "a class of errors: froxels sample", count, Bound::AtMost, 0.0);
+    check.note = (!far.is_empty()).then(|| far.join("; "));
+    Some(check)
+}
+
 fn notes(context: &Context, side: u32, map: u32) -> Vec<String> {
     let mut notes = vec![
         format!("Pictures are {side}×{side}, an odd side, so that the middle pixel looks exactly where the camera does; maps are {map}², those of light volumes {}².", volume_map(map)),
         "On the GPU wherever it takes a case, else on the CPU, which the cell says. Silhouettes and pyramids are made anew in every frame.".into(),
+        "Froxels are of one pixel and 128 slices. They end at the farthest corner of the scene, and so do the exact pictures that they are compared with; the shared grid has 200 voxels along the longest side.".into(),
     ];
     notes.extend(clock_note(context));
     notes

@@ -6,6 +6,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use glam::Vec3;
 use gpu_backend::GpuContext;
 use scene::Bvh;
 
@@ -14,6 +15,7 @@ use super::equal_error::median;
 use crate::airlight::{Airlight, Stage};
 use crate::airlight_gpu::GpuFrame;
 use crate::failure::{Failure, Outcome};
+use crate::froxels::FroxelFrame;
 use crate::image_file::Image;
 use crate::maps::{MapOptions, MapSurface, Maps};
 use crate::metrics::{self, Metrics};
@@ -212,7 +214,8 @@ impl Arena {
         let (maps, none) = (Maps::draw(&setup, &base.map)?, Maps::none(setup.lights.len()));
         let open = Options { shadows_in_medium: false, ..base };
         let run = |technique, options, maps| {
-            Stage { setup: &setup, bvh: &bvh, options, rays: &rays, maps, tick: &|_| () }.run(technique)
+            Stage { setup: &setup, bvh: &bvh, options, rays: &rays, maps, further: &[], tick: &|_| () }
+                .run(technique)
         };
         let exact = run(Technique::Exact, &base, &none)?;
         let on_map = picture(base.size, &run(Technique::ExactShadowMap, &base, &maps)?);
@@ -240,7 +243,7 @@ impl Arena {
             None => &self.none,
         };
         let Self { setup, bvh, rays, .. } = self;
-        Ok(Stage { setup, bvh, options: &setting.options, rays, maps, tick: &|_| () })
+        Ok(Stage { setup, bvh, options: &setting.options, rays, maps, further: &[], tick: &|_| () })
     }
 
     fn mapped(&self, options: &MapOptions) -> Outcome<&Mapped> {
@@ -353,8 +356,10 @@ pub(super) fn in_turns<T>(
 pub(super) struct Runner<'a> {
     stage: &'a Stage<'a>,
     technique: Technique,
-    /// Without, the CPU does it.
-    pub(super) gpu: Option<Box<GpuFrame<'a>>>,
+    /// Without, the CPU does it, but for froxels.
+    gpu: Option<Box<GpuFrame<'a>>>,
+    /// The frame of techniques with froxels, on either.
+    froxels: Option<Box<FroxelFrame<'a>>>,
 }
 
 /// What a first frame gives.
@@ -373,12 +378,28 @@ impl<'a> Runner<'a> {
         stage: &'a Stage<'a>,
         technique: Technique,
     ) -> Outcome<Self> {
+        if technique.has_froxels() {
+            let froxels = Some(Box::new(FroxelFrame::new(gpu, stage, technique)?));
+            return Ok(Self { stage, technique, gpu: None, froxels });
+        }
         let gpu = gpu.map(|gpu| GpuFrame::new(gpu, stage, technique).map(Box::new)).transpose()?;
-        Ok(Self { stage, technique, gpu })
+        Ok(Self { stage, technique, gpu, froxels: None })
+    }
+
+    /// Whether a GPU does it.
+    pub(super) fn on_gpu(&self) -> bool {
+        self.gpu.is_some() || self.froxels.as_ref().is_some_and(|froxels| froxels.on_gpu())
     }
 
     /// A frame, with its picture and counts.
     pub(super) fn first(&mut self) -> Outcome<First> {
+        if let Some(froxels) = &mut self.froxels {
+            froxels.render()?;
+            let cost = froxels.cost()?;
+            let pixels = froxels.picture()?.into_iter().map(Vec3::into).collect();
+            let steps = cost.counts.froxels;
+            return Ok(First { pixels, steps, mesh_triangles: None, bytes: cost.bytes, counts: None });
+        }
         let Some(frame) = &mut self.gpu else {
             let airlight = self.stage.run(self.technique)?;
             let bytes = (self.stage.maps.bytes() + airlight.pyramid_bytes) as u64;
@@ -401,6 +422,9 @@ impl<'a> Runner<'a> {
     /// Time of a frame and of its passes by their kind, where those are known; units: ms.
     pub(super) fn frame(&mut self, rebuild: bool) -> Outcome<(f64, BTreeMap<String, f64>)> {
         let mut passes = BTreeMap::new();
+        if let Some(froxels) = &mut self.froxels {
+            return Ok((froxels.render()?.ms, passes));
+        }
         let Some(frame) = &mut self.gpu else { return Ok((self.stage.run(self.technique)?.ms, passes)) };
         let times = frame.render(rebuild)?;
         for pass in times.passes {

@@ -20,7 +20,22 @@ mod billeter_seams;
 mod billeter_table1;
 mod counts;
 mod equal_error;
+mod grid_ablation;
+mod grid_bench;
+mod grid_convergence;
+mod grid_memory;
+mod grid_overlap;
+mod grid_quality;
+mod grid_rays;
+mod grid_scale;
+mod grid_scenes;
+mod grid_stages;
+mod grid_stand;
+mod grid_table;
+mod grid_temporal;
+mod grid_town;
 mod hard_case_list;
+mod hard_case_range;
 mod hard_cases;
 mod map_traversal;
 mod measure;
@@ -165,6 +180,71 @@ pub(crate) const ALL: &[Entry] = &[
         id: "billeter-table1",
         about: "Billeter, Sintorn & Assarsson 2010, Table 1: static against adaptive tessellation of growing maps",
         run: billeter_table1::run,
+    },
+    Entry {
+        id: "grid-convergence",
+        about: "froxels against the exact picture and the converged march as they shrink",
+        run: grid_convergence::run,
+    },
+    Entry {
+        id: "grid-fig6",
+        about: "Stojanovic et al. 2023, Figure 6: error of the shared grid against the size of voxels",
+        run: grid_quality::fig6,
+    },
+    Entry {
+        id: "grid-fig7",
+        about: "Stojanovic et al. 2023, Figure 7: light shafts by the size of voxels",
+        run: grid_quality::fig7,
+    },
+    Entry {
+        id: "grid-table1",
+        about: "Stojanovic et al. 2023, Table 1: San Miguel by number of viewers",
+        run: grid_table::table1,
+    },
+    Entry {
+        id: "grid-table2",
+        about: "Stojanovic et al. 2023, Table 2: Bistro's exterior by number of viewers",
+        run: grid_table::table2,
+    },
+    Entry {
+        id: "grid-table3",
+        about: "Stojanovic et al. 2023, Table 3: Battle of the Trash God by number of viewers",
+        run: grid_table::table3,
+    },
+    Entry {
+        id: "grid-fig11",
+        about: "Stojanovic et al. 2023, Figure 11: shadow rays by number of viewers",
+        run: grid_rays::run,
+    },
+    Entry {
+        id: "grid-fig12",
+        about: "Stojanovic et al. 2023, Figure 12: viewers with a fixed overlap",
+        run: grid_overlap::run,
+    },
+    Entry {
+        id: "grid-fig13",
+        about: "Stojanovic et al. 2023, Figure 13: time of each stage",
+        run: grid_stages::run,
+    },
+    Entry {
+        id: "grid-fig14",
+        about: "Stojanovic et al. 2023, Figure 14: memory, dense and in bricks",
+        run: grid_memory::run,
+    },
+    Entry {
+        id: "grid-ablation",
+        about: "each choice of the shared grid by itself, and more lights than a mask has bits",
+        run: grid_ablation::run,
+    },
+    Entry {
+        id: "grid-temporal",
+        about: "accumulation over frames: flicker, and how long ghosts last",
+        run: grid_temporal::run,
+    },
+    Entry {
+        id: "grid-scale",
+        about: "1 to 256 viewers, 50 m to 1 km of scene: how rays and memory grow",
+        run: grid_scale::run,
     },
 ];
 
