@@ -42,6 +42,20 @@ fn is_seen_by_any(point: vec3f) -> bool {
     return false;
 }
 
+// Whether a view may have something of a sphere in its frustum.
+fn may_see(view: FroxelView, center: vec3f, radius: f32) -> bool {
+    let from_eye = center - view.eye;
+    let p = vec3f(dot(from_eye, view.right), dot(from_eye, view.up), dot(from_eye, view.forward));
+    // tangents of the picture's left and upper, right and lower edges
+    let a = view.offset;
+    let b = view.offset + view.scale * vec2f(view.size);
+    let inside = vec4f(
+        (p.x - a.x * p.z) / sqrt(1.0 + a.x * a.x), (a.y * p.z - p.y) / sqrt(1.0 + a.y * a.y),
+        (b.x * p.z - p.x) / sqrt(1.0 + b.x * b.x), (p.y - b.y * p.z) / sqrt(1.0 + b.y * b.y),
+    );
+    return all(inside >= vec4f(-radius)) && p.z >= -radius && length(from_eye) <= froxels.range + radius;
+}
+
 // All rays of a block: a brick by its place, or a block of dense voxels by its number.
 fn trace_block(block: u32, thread: u32) {
     var first = vec3u();
@@ -59,6 +73,24 @@ fn trace_block(block: u32, thread: u32) {
         atomicStore(&traced_voxels, 0u);
     }
     workgroupBarrier();
+
+    if !MARKED {
+        // most blocks are in no frustum: a sphere around each says so before its voxels do
+        let center = voxel_center(first, false) + 3.5 * froxels.voxel_size;
+        var may_be_seen = false;
+        for (var i = thread; i < froxels.view_count; i += 64u) {
+            may_be_seen = may_be_seen || may_see(froxel_views.views[i], center, 7.0 * froxels.voxel_size);
+        }
+        atomicOr(&asked_bits, u32(may_be_seen));
+        workgroupBarrier();
+        if thread == 0u {
+            block_bits = atomicLoad(&asked_bits);
+            atomicStore(&asked_bits, 0u);
+        }
+        if workgroupUniformLoad(&block_bits) == 0u {
+            return;
+        }
+    }
 
     // a thread has a row of eight voxels
     let dims = level_dims(fine);
@@ -165,20 +197,20 @@ fn main(
     @builtin(num_workgroups) groups: vec3u,
     @builtin(local_invocation_index) thread: u32,
 ) {
-    if !BRICKS {
+    if !MARKED {
         let block = group.y * groups.x + group.x;
         if block < froxels.blocks {
             trace_block(block, thread);
         }
         return;
     }
-    // how many bricks there are is known here alone: as many groups as run at once take them in turns
+    // how many blocks are marked is known here alone: as many groups as run at once take them in turns
     if thread == 0u {
-        block_count = min(atomicLoad(&counts[BRICKS_USED]), froxels.bricks);
+        block_count = min(atomicLoad(&counts[BRICKS_USED]), froxels.blocks);
     }
     let count = workgroupUniformLoad(&block_count);
     for (var i = group.x; i < count; i += groups.x) {
-        trace_block(atomicLoad(&keys[froxels.bricks + i]), thread);
+        trace_block(atomicLoad(&keys[froxels.blocks + i]), thread);
         workgroupBarrier();
     }
 }

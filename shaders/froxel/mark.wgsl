@@ -20,6 +20,7 @@ fn mark_voxel(voxel: vec3u, fine: bool, lights: u32) {
         word = brick_word(place, read);
     } else {
         word = dense_word(read);
+        note_block(read);
     }
     let shifted = bits << voxel_shift(read);
     // most voxels are marked by several froxels: a read is cheaper than a write that changes nothing

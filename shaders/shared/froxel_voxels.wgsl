@@ -13,7 +13,8 @@ override TRILINEAR: bool = false;
 
 @group(1) @binding(0) var<storage, read_write> masks0: array<atomic<u32>>;
 @group(1) @binding(1) var<storage, read_write> masks1: array<atomic<u32>>;
-// the key of the brick in each place, 0 where there is none; behind those the places of all bricks, in no order
+// the key of the brick in each place, or a one for each block of dense voxels that something marks, 0 where there is none;
+// behind those the places or blocks of all, in no order
 @group(1) @binding(2) var<storage, read_write> keys: array<atomic<u32>>;
 
 // words of the first buffer: 128 MiB
@@ -112,6 +113,21 @@ fn hash_of(key: u32) -> u32 {
     return h;
 }
 
+// Puts a block on the list of those that rays are traced for.
+fn list_block(block: u32) {
+    atomicStore(&keys[froxels.blocks + atomicAdd(&counts[BRICKS_USED], 1u)], block);
+}
+
+// The same for a block of dense voxels that may be there already.
+fn note_block(voxel: vec3u) {
+    let blocks = (froxels.dims + 7u) / 8u;
+    let at = voxel >> vec3u(3u);
+    let block = (at.z * blocks.y + at.y) * blocks.x + at.x;
+    if atomicLoad(&keys[block]) == 0u && atomicExchange(&keys[block], 1u) == 0u {
+        list_block(block);
+    }
+}
+
 // The place of a brick, or NOWHERE.
 fn find_brick(key: u32) -> u32 {
     let first = hash_of(key);
@@ -138,7 +154,7 @@ fn make_brick(key: u32) -> u32 {
         if there == 0u {
             let exchanged = atomicCompareExchangeWeak(&keys[place], 0u, key);
             if exchanged.exchanged {
-                atomicStore(&keys[froxels.bricks + atomicAdd(&counts[BRICKS_USED], 1u)], place);
+                list_block(place);
                 return place;
             }
             there = exchanged.old_value;

@@ -19,8 +19,8 @@ use crate::{FrameStats, GpuBvh, PrepareError};
 /// `SLICES_A_THREAD` of `shaders/shared/froxel.wgsl`.
 const SLICES_A_THREAD: u32 = 8;
 
-/// Most groups of a dispatch over bricks, which they take in turns: more than any GPU runs at once.
-const BRICK_GROUPS: u32 = 1024;
+/// Most groups of a dispatch over marked blocks, which they take in turns: more than any GPU runs at once.
+const MARKED_GROUPS: u32 = 1024;
 
 /// Groups along x of a dispatch over blocks of voxels; as many rows as it takes.
 const BLOCKS_IN_A_ROW: u32 = 32_768;
@@ -503,9 +503,7 @@ impl FroxelState {
         let marked = matches!(grid.update, Update::Marked { .. });
         if marked || !self.grid_begun {
             steps.extend(buffers.masks.iter().filter(|buffer| buffer.size() > 16).cloned().map(Step::Clear));
-            if buffers.bricks > 0 {
-                steps.push(Step::Clear(buffers.keys.clone()));
-            }
+            steps.push(Step::Clear(buffers.keys.clone()));
         }
         if marked {
             let layers = (uniform.slices - uniform.near_slices).div_ceil(4 * SLICES_A_THREAD);
@@ -516,8 +514,8 @@ impl FroxelState {
                 dispatch: Dispatch::Groups([columns.div_ceil(4), rows.div_ceil(4), count * layers]),
             }));
         }
-        let [across, rows] = if buffers.bricks > 0 {
-            [buffers.bricks.min(BRICK_GROUPS), 1]
+        let [across, rows] = if marked {
+            [buffers.blocks.clamp(1, MARKED_GROUPS), 1]
         } else {
             let across = buffers.blocks.clamp(1, BLOCKS_IN_A_ROW);
             [across, buffers.blocks.div_ceil(across)]

@@ -1,6 +1,6 @@
 //! Buffers and textures of froxels, kept from frame to frame while they fit.
 
-use froxel_grid::{BRICK, FroxelView, GridMemory, Lattice, MaskWidth, SharedGrid};
+use froxel_grid::{BRICK, FroxelView, GridMemory, Lattice, MaskWidth, SharedGrid, Update};
 
 use super::layout::ViewUniform;
 use crate::PrepareError;
@@ -13,6 +13,7 @@ const FIRST_BYTES: u64 = 128 << 20;
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct GridBuffers {
     pub(super) masks: [wgpu::Buffer; 2],
+    /// Which blocks hold marks, and a list of them.
     pub(super) keys: wgpu::Buffer,
     pub(super) lattice: Lattice,
     /// Blocks of voxels: those of the lattice, or the places for bricks.
@@ -20,6 +21,7 @@ pub(super) struct GridBuffers {
     /// Places for bricks; 0 where voxels are dense.
     pub(super) bricks: u32,
     bits: u32,
+    marked: bool,
 }
 
 /// A buffer of zeros.
@@ -41,6 +43,7 @@ impl GridBuffers {
         width: MaskWidth,
     ) -> Result<Self, PrepareError> {
         let bits = width.bits();
+        let marked = matches!(grid.update, Update::Marked { .. });
         let (bytes, blocks, bricks) = match grid.memory {
             GridMemory::Dense => {
                 let [x, y, z] = lattice.bricks().to_array().map(u64::from);
@@ -67,9 +70,9 @@ impl GridBuffers {
         }
         let [masks0, masks1, keys] = prepared(device, what, || {
             let of = |bytes| buffer(device, "shadow grid", bytes);
-            [of(bytes.min(FIRST_BYTES)), of(rest), of(8 * u64::from(bricks))]
+            [of(bytes.min(FIRST_BYTES)), of(rest), of(if marked { 8 * u64::from(blocks) } else { 0 })]
         })?;
-        Ok(Self { masks: [masks0, masks1], keys, lattice, blocks, bricks, bits })
+        Ok(Self { masks: [masks0, masks1], keys, lattice, blocks, bricks, bits, marked })
     }
 
     /// Whether these are the buffers that a grid needs.
@@ -78,7 +81,8 @@ impl GridBuffers {
             GridMemory::Dense => 0,
             GridMemory::Bricks { most } => most.max(64).next_power_of_two(),
         };
-        (self.lattice, self.bits, self.bricks) == (*lattice, width.bits(), bricks)
+        let marked = matches!(grid.update, Update::Marked { .. });
+        (self.lattice, self.bits, self.bricks, self.marked) == (*lattice, width.bits(), bricks, marked)
     }
 
     /// Memory; units: bytes.

@@ -92,6 +92,8 @@ impl FroxelState {
         let words = read_words(device, queue, &self.counts, "the counts of a frame of froxels")?;
         let [near_rays, grid_rays, froxels, voxels, bricks, missed, dropped, not_finite] =
             std::array::from_fn(|index| words.get(index).map_or(0, |&word| u64::from(word)));
+        // the blocks of dense voxels with marks are counted in the same place
+        let bricks = if self.grid.as_ref().is_some_and(|grid| grid.bricks > 0) { bricks } else { 0 };
         Ok(Counts { near_rays, grid_rays, froxels, voxels, bricks, missed, dropped, not_finite })
     }
 
