@@ -60,8 +60,11 @@ fn froxels(criterion: &mut Criterion) {
         };
         let ends: Vec<Vec<f32>> =
             cameras.iter().map(|camera| (0..SIDE * SIDE).map(|pixel| end(camera, pixel)).collect()).collect();
-        let views: Vec<View<'_>> =
-            cameras.iter().zip(&ends).map(|(camera, ends)| View { camera, size: (SIDE, SIDE), ends }).collect();
+        let views: Vec<View<'_>> = cameras
+            .iter()
+            .zip(&ends)
+            .map(|(camera, ends)| View { camera, size: (SIDE, SIDE), ends })
+            .collect();
         let open = Frame { views: &views, medium, lights, model: AirlightModel::Sun, occluders: None };
         let frame =
             Frame { occluders: Some(Occluders { visibility: &visibility, bounds: bvh.bounds() }), ..open };

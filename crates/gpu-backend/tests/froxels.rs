@@ -1,4 +1,5 @@
 //! Froxels on the GPU: against the exact picture as they shrink, and against the CPU, mask by mask.
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests; figures beside the bars")]
 
 mod common;
 
