@@ -156,7 +156,7 @@ mod tests {
             for pair in cameras.windows(2) {
                 let angle = f64::from(pair[0].forward.dot(pair[1].forward)).min(1.0).acos();
                 assert!((angle - (1.0 - overlap) * wide).abs() < 1e-3, "{overlap}: {angle}");
-                assert!(pair[1].right.cross(pair[1].forward).dot(-pair[1].up) > 0.999);
+                assert!(pair[1].right.cross(pair[1].forward).dot(pair[1].up) > 0.999);
             }
         }
     }

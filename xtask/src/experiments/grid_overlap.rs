@@ -27,7 +27,8 @@ pub(super) fn run(context: &Context) -> Outcome<Section> {
     let percents: &[u32] = match context.preset {
         Preset::Smoke => &[100],
         Preset::Quick => &[10, 100],
-        Preset::Standard | Preset::Paper => &[10, 20, 30, 40, 50, 60, 70, 80, 90, 100],
+        Preset::Standard => &[10, 25, 50, 75, 100],
+        Preset::Paper => &[10, 20, 30, 40, 50, 60, 70, 80, 90, 100],
     };
     scale.viewers = match context.preset {
         Preset::Smoke => &[1, 2],

@@ -93,7 +93,7 @@ impl Scale {
         match context.preset {
             Preset::Smoke => of((32, 18), &[1, 2]),
             Preset::Quick => of((64, 36), &[1, 2, 8]),
-            Preset::Standard => of((256, 144), VIEWERS),
+            Preset::Standard => of((128, 72), VIEWERS),
             Preset::Paper => Self { size: (1920, 1080), tile: 8, viewers: VIEWERS },
         }
     }
