@@ -100,7 +100,7 @@ pub(crate) fn run(args: &ReproArgs) -> Outcome {
             args.ids.iter().map(|id| format!(" {id}")).collect::<String>(),
             context.flags
         ),
-        notes: vec!["Pictures are computed on the CPU in this version; on a GPU only the airlight integral is measured.".into()],
+        notes: vec!["Each experiment names the adapter that it was measured on.".into()],
     };
     write_report(&report, &sections, &info)?;
     tracing::info!("report: {}", report.display());
