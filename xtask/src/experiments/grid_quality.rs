@@ -134,7 +134,7 @@ fn checks(stand: &Stand, all: &[Found]) -> Vec<Check> {
         });
         let reached = match (reached, between) {
             (Some(voxel), Some(between)) => {
-                format!("reached with voxels of {voxel} m; on the curve, at {between:.3} m")
+                format!("reached with voxels of {voxel:.3} m; on the curve, at {between:.3} m")
             }
             _ => "no size that was measured reaches it".into(),
         };
