@@ -39,6 +39,8 @@ mod hard_case_range;
 mod hard_cases;
 mod map_traversal;
 mod measure;
+mod pareto;
+mod pareto_settings;
 mod shadow_rays;
 mod shown;
 mod wyman_bench;
@@ -245,6 +247,11 @@ pub(crate) const ALL: &[Entry] = &[
         id: "grid-scale",
         about: "1 to 256 viewers, 50 m to 1 km of scene: how rays and memory grow",
         run: grid_scale::run,
+    },
+    Entry {
+        id: "pareto",
+        about: "every technique and setting on every scene: time against error, and what the planner chooses",
+        run: pareto::run,
     },
 ];
 
