@@ -40,6 +40,8 @@ mod hard_cases;
 mod map_traversal;
 mod measure;
 mod pareto;
+mod pareto_picks;
+mod pareto_report;
 mod pareto_settings;
 mod shadow_rays;
 mod shown;

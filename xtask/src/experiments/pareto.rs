@@ -6,11 +6,15 @@
 use serde_json::json;
 
 use super::measure::{Arena, Measured, base};
+use super::pareto_picks::{self, Metric, Pick};
+use super::pareto_report as told;
 use super::pareto_settings::{self, Sweep, family};
 use super::shown::clock_note;
 use super::{Context, Preset, experiment, gpu_or_cpu};
 use crate::failure::Outcome;
+use crate::planned::{self, Device};
 use crate::report::Section;
+use crate::report::data::Row;
 use crate::scene_args::Setup;
 use crate::setups::LightKind;
 
@@ -56,7 +60,12 @@ fn plan(context: &Context) -> Plan {
         Preset::Smoke => smoke,
         Preset::Quick => Plan {
             side: 256,
-            sweep: Sweep { maps: &[256, 512, 1024], samples: &[8, 32, 128, 512], hybrid: &[4, 16, 64], ..sweep },
+            sweep: Sweep {
+                maps: &[256, 512, 1024],
+                samples: &[8, 32, 128, 512],
+                hybrid: &[4, 16, 64],
+                ..sweep
+            },
             scenes: 2,
             media: 1,
             ..standard
@@ -68,12 +77,17 @@ fn plan(context: &Context) -> Plan {
 }
 
 /// A scene under a light.
-struct Case {
-    title: String,
+pub(super) struct Case {
+    pub(super) title: String,
     kind: LightKind,
     medium: String,
     triangles: u64,
-    results: Vec<Measured>,
+    /// Side of the map that is given.
+    pub(super) map: u32,
+    pub(super) results: Vec<Measured>,
+    /// What the planner expected of each; units: ms.
+    pub(super) predicted: Vec<Option<f64>>,
+    pub(super) picks: Vec<Pick>,
 }
 
 pub(super) fn run(context: &Context) -> Outcome<Section> {
@@ -85,32 +99,40 @@ pub(super) fn run(context: &Context) -> Outcome<Section> {
         "which technique a scene needs",
     );
     found.adapter = gpu_or_cpu(context);
+    let cases = cases(context, &plan)?;
+    let mut section = Section::default();
+    for case in &cases {
+        found.rows.extend(rows(case));
+        found.equal_error.extend(told::equal_errors(case));
+        section.plots.extend(Metric::ALL.map(|metric| told::plot(metric, case)));
+    }
+    section.tables.extend(Metric::ALL.map(|metric| told::ways(metric, &cases)));
+    section.tables.push(told::predictions(&cases));
+    found.checks = told::checks(&cases);
+    found.notes = notes(context, &plan);
+    section.experiment = found;
+    Ok(section)
+}
+
+/// Measures every set-up that the plan has.
+fn cases(context: &Context, plan: &Plan) -> Outcome<Vec<Case>> {
     let mut cases = Vec::new();
     let media: Vec<(String, f32)> =
         context.setups.media().map(|(name, depth)| (name.to_owned(), depth)).collect();
-    let thin_first = media.iter().rev().take(plan.media);
+    // the thin medium comes first
+    let media: Vec<&(String, f32)> = media.iter().rev().take(plan.media).collect();
     let sources = context.setups.sources();
     let quick = context.preset < Preset::Standard;
     for source in sources.iter().filter(|source| !quick || source.entry.quick).take(plan.scenes) {
-        for (medium, depth) in thin_first.clone() {
+        for (medium, depth) in &media {
             for &kind in plan.kinds {
                 let Some(setup) = source.setup_lit(*depth, kind)? else { continue };
                 let title = format!("{}, {} light, {medium} medium", source.title(), kind.name());
-                cases.push(measure(context, &plan, title, medium.clone(), kind, setup)?);
+                cases.push(measure(context, plan, title, medium.clone(), kind, setup)?);
             }
         }
     }
-    for case in &cases {
-        found.rows.extend(case.results.iter().map(|result| {
-            let mut row = result.row(&case.title, case.triangles);
-            row.params.insert("light".into(), json!(case.kind.name()));
-            row.params.insert("medium".into(), json!(case.medium));
-            row.params.insert("family".into(), json!(family(&result.setting)));
-            row
-        }));
-    }
-    found.notes.extend(clock_note(context));
-    Ok(Section { experiment: found, ..Section::default() })
+    Ok(cases)
 }
 
 fn measure(
@@ -122,9 +144,52 @@ fn measure(
     setup: Setup,
 ) -> Outcome<Case> {
     tracing::info!("{title}");
-    let mut arena = Arena::new(title, setup, base(plan.side, plan.sweep.map))?;
-    let settings = pareto_settings::all(&plan.sweep, &arena);
+    let map = plan.sweep.map;
+    let mut arena = Arena::new(title, setup, base(plan.side, map))?;
+    let mut settings = pareto_settings::all(&plan.sweep, &arena);
+    let device = match &context.gpu {
+        None => Device::Cpu,
+        Some(gpu) if crate::gpu::is_hardware(gpu) => Device::HardwareGpu,
+        Some(_) => Device::SoftwareGpu,
+    };
+    let picks = pareto_picks::choose(&arena, map, device, &mut settings)?;
+    let predict = |setting: &super::measure::Setting| {
+        planned::predict(&arena.setup, &arena.bvh, setting.technique, &setting.options)
+    };
+    let predicted = settings.iter().map(predict).collect();
     let results = arena.measure(context.gpu.as_ref(), &settings)?;
     let triangles = arena.triangles();
-    Ok(Case { title: arena.title, kind, medium, triangles, results })
+    Ok(Case { title: arena.title, kind, medium, triangles, map, results, predicted, picks })
+}
+
+fn rows(case: &Case) -> impl Iterator<Item = Row> {
+    let frontier = Metric::ALL.map(|metric| case.frontier(metric));
+    case.results.iter().zip(&case.predicted).map(move |(result, predicted)| {
+        let mut row = result.row(&case.title, case.triangles);
+        let mut param = |name: &str, value| _ = row.params.insert(name.into(), value);
+        param("light", json!(case.kind.name()));
+        param("medium", json!(case.medium));
+        param("family", json!(family(&result.setting)));
+        param("predicted_ms", json!(predicted));
+        for (metric, frontier) in Metric::ALL.into_iter().zip(&frontier) {
+            let on_it = frontier.iter().any(|(other, _)| std::ptr::eq(*other, result));
+            param(&format!("frontier_{}", metric.name()), json!(on_it));
+        }
+        for pick in case.picks.iter().filter(|pick| std::ptr::eq(&case.results[pick.setting], result)) {
+            let name = format!("chosen_for_{}_{}", pick.metric.name(), pick.target);
+            param(&name, json!({"predicted_error": pick.predicted_error, "pilot_ms": pick.pilot_ms}));
+        }
+        row
+    })
+}
+
+fn notes(context: &Context, plan: &Plan) -> Vec<String> {
+    let mut notes = vec![
+        format!("Pictures are {0}×{0}, airlight only. All settings of a set-up take turns, the light moving in every frame: pyramids, silhouettes and tessellations are made anew.", plan.side),
+        format!("Errors against the map are those of what reads the given map of {0}² texels (of each face), against the exact picture of that map in the meaning that it is read in. Against the geometry, any map may be drawn; drawing it is no part of the time, as for all techniques.", plan.sweep.map),
+        "The planner is asked for 5, 1 and 0.2 %. Against the geometry a pilot of some ten thousand rays measures the error of its candidates; against the map it goes by the errors that techniques usually have. What it chooses is measured with the others.".into(),
+        "Froxels end with the scene: light that is scattered behind it, as far as view rays go, is part of their error.".into(),
+    ];
+    notes.extend(clock_note(context));
+    notes
 }

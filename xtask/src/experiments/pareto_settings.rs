@@ -49,7 +49,7 @@ pub(super) fn all(sweep: &Sweep, arena: &Arena) -> Vec<Setting> {
     let base = arena.base;
     let with_map = |side, surface| Options { map: MapOptions { side, surface }, ..base };
     let given = with_map(sweep.map, MapSurface::Step);
-    let mut all = Vec::new();
+    let mut all = vec![Setting::new("exact, on the CPU", Technique::Exact, base)];
     for &side in sweep.maps {
         let mut exact = |surface: MapSurface| {
             let name = format!("exact-shadow-map, {side}² {}", surface.name());
@@ -58,9 +58,7 @@ pub(super) fn all(sweep: &Sweep, arena: &Arena) -> Vec<Setting> {
         exact(MapSurface::Step);
         exact(MapSurface::Linear);
     }
-    for (technique, samples) in
-        [(Technique::BruteForce, sweep.samples), (Technique::Hybrid, sweep.hybrid)]
-    {
+    for (technique, samples) in [(Technique::BruteForce, sweep.samples), (Technique::Hybrid, sweep.hybrid)] {
         for &samples in samples {
             let options = Options { samples: Some(samples), ..given };
             all.push(Setting::new(format!("{}, {samples} samples", technique.name()), technique, options));
@@ -68,12 +66,8 @@ pub(super) fn all(sweep: &Sweep, arena: &Arena) -> Vec<Setting> {
     }
     for &scale in sweep.scales {
         for (technique, samples) in [Technique::BruteForce, Technique::Hybrid].into_iter().zip(IN_BLOCKS) {
-            let options = Options {
-                samples: Some(samples),
-                scattering_scale: scale,
-                anew_at_edges: true,
-                ..given
-            };
+            let options =
+                Options { samples: Some(samples), scattering_scale: scale, anew_at_edges: true, ..given };
             let name = format!("{}, {samples} samples, blocks of {scale}", technique.name());
             all.push(Setting::new(name, technique, options));
         }

@@ -1,0 +1,121 @@
+//! The choice among the candidates, and why.
+
+use froxel_grid::Froxels;
+
+use super::{Candidate, Costs, Facts, LightFacts, ShadowFacts, candidates, usual_error};
+use crate::{MAX_LIGHTS, Technique};
+
+/// What a frame is made with.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct Choice {
+    /// How airlight with shadows is computed, for all lights of the frame.
+    pub technique: Technique,
+    /// Whether shadows are asked of a hierarchy instead of a map.
+    pub rays: bool,
+    /// Why, for each light in order.
+    pub reasons: Vec<String>,
+    /// Predicted time of the frame's fog; units: ms.
+    pub predicted_ms: f64,
+    /// Predicted error as a share of what the shadows change, against the map where one is read.
+    pub predicted_error: f64,
+    /// The error that was asked for.
+    pub target_error: f64,
+}
+
+impl Choice {
+    /// Whether the predicted error is one that was asked for; what comes nearest is chosen where nothing is.
+    pub fn meets_target(&self) -> bool {
+        self.predicted_error <= self.target_error
+    }
+}
+
+/// Chooses by the errors that techniques usually have.
+pub fn choose(facts: &Facts<'_>, froxels: Option<Froxels>, costs: &Costs) -> Choice {
+    choose_by(facts, froxels, costs, |candidate| usual_error(facts, candidate))
+}
+
+/// Chooses by errors that `error_of` knows or measures: it is asked in the order of predicted cost until it accepts.
+pub fn choose_by(
+    facts: &Facts<'_>,
+    froxels: Option<Froxels>,
+    costs: &Costs,
+    mut error_of: impl FnMut(&Candidate) -> f64,
+) -> Choice {
+    let mut all: Vec<(f64, Candidate)> = candidates(facts, froxels)
+        .into_iter()
+        .map(|candidate| (costs.predict(facts, &candidate), candidate))
+        .collect();
+    all.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let target = f64::from(facts.target_error);
+    let mut nearest: Option<(f64, f64, Candidate)> = None;
+    for (ms, candidate) in all {
+        let error = error_of(&candidate);
+        if nearest.is_none_or(|(least, ..)| error < least) {
+            nearest = Some((error, ms, candidate));
+        }
+        if error <= target {
+            break;
+        }
+    }
+    // a march is always among them
+    let (error, ms, candidate) = nearest.unwrap_or((f64::INFINITY, f64::NAN, MARCH_OF_NOTHING));
+    Choice {
+        technique: candidate.technique,
+        rays: candidate.rays,
+        reasons: facts.lights.iter().map(|light| reason(facts, light, &candidate)).collect(),
+        predicted_ms: ms,
+        predicted_error: error,
+        target_error: target,
+    }
+}
+
+const MARCH_OF_NOTHING: Candidate = Candidate {
+    technique: Technique::BruteForce { samples: 1, lookup: crate::Lookup::Nearest },
+    rays: false,
+};
+
+/// Why a light is treated as it is.
+pub fn reason(facts: &Facts<'_>, light: &LightFacts, candidate: &Candidate) -> String {
+    let Facts { medium, views, target_error, .. } = facts;
+    let closed = medium.is_closed(light.kind);
+    let kind = light.kind.name();
+    let texture = if light.textured { "textured " } else { "" };
+    let name = format!("{texture}{kind} light");
+    let percent = 100.0 * target_error;
+    let why = match candidate.technique {
+        Technique::ExactShadowMap { .. } | Technique::LightVolume { .. } | Technique::Hybrid(_)
+            if light.shadows == ShadowFacts::None && closed && !light.textured =>
+        {
+            return format!("{name}: no occluder, one closed form a ray");
+        }
+        Technique::BruteForce { .. } if light.shadows == ShadowFacts::None && closed && !light.textured => {
+            return format!("{name}: no occluder, one closed form a ray");
+        }
+        Technique::ExactShadowMap { .. } => {
+            "the exact walk over its map is the cheapest that is within the target".to_owned()
+        }
+        Technique::LightVolume { .. } => "the surface around what it reaches is cheapest".to_owned(),
+        Technique::Hybrid(hybrid) if light.textured => {
+            format!("its picture varies along a ray: {} steps between its shadow's faces", hybrid.samples)
+        }
+        Technique::Hybrid(hybrid) => {
+            format!("{} steps between its shadow's faces are the cheapest within the target", hybrid.samples)
+        }
+        Technique::BruteForce { samples, .. } if !closed => {
+            format!("the medium has no closed form along its rays: a march of {samples} steps")
+        }
+        Technique::BruteForce { samples, .. } => {
+            format!("a march of {samples} steps is the cheapest within the target")
+        }
+        Technique::Froxels(_) if *views > 1 => format!("{views} views share a grid of shadows"),
+        Technique::Froxels(_) if medium.heterogeneous => {
+            "the medium varies, and froxels are within the target".to_owned()
+        }
+        Technique::Froxels(_) if facts.lights.len() > MAX_LIGHTS => {
+            format!("more than {MAX_LIGHTS} lights fit froxels alone")
+        }
+        Technique::Froxels(_) => "froxels are the cheapest within the target".to_owned(),
+    };
+    format!("{name}: {why} of {percent} %")
+}
