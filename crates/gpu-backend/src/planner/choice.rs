@@ -119,3 +119,101 @@ pub fn reason(facts: &Facts<'_>, light: &LightFacts, candidate: &Candidate) -> S
     };
     format!("{name}: {why} of {percent} %")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::planner::{LightKind, MapFacts, MediumFacts};
+
+    fn light(kind: LightKind, shadows: ShadowFacts) -> LightFacts {
+        LightFacts { kind, textured: false, shadows }
+    }
+
+    fn mapped(side: u32) -> ShadowFacts {
+        ShadowFacts::Map(MapFacts { side, changed: true })
+    }
+
+    fn facts(lights: &[LightFacts], target_error: f32) -> Facts<'_> {
+        Facts {
+            lights,
+            medium: MediumFacts::default(),
+            views: 1,
+            pixels: 512 * 512,
+            triangles: 100_000,
+            diagonal: 10.0,
+            casts_rays: false,
+            target_error,
+        }
+    }
+
+    fn choice(facts: &Facts<'_>) -> Choice {
+        choose(facts, Some(Froxels::new(10.0)), &Costs::SOFTWARE)
+    }
+
+    #[test]
+    fn no_occluder_is_a_closed_form() {
+        for kind in LightKind::ALL {
+            let lights = [light(kind, ShadowFacts::None)];
+            let choice = choice(&facts(&lights, 1e-4));
+            assert!(matches!(choice.technique, Technique::ExactShadowMap { .. }), "{choice:?}");
+            assert!(choice.meets_target() && choice.reasons[0].contains("no occluder"), "{choice:?}");
+        }
+    }
+
+    #[test]
+    fn smaller_targets_cost_more_and_are_met() {
+        for kind in LightKind::ALL {
+            let lights = [light(kind, mapped(512))];
+            let choices = [0.2, 0.05, 0.01, 0.002, 1e-4].map(|target| choice(&facts(&lights, target)));
+            assert!(choices.iter().all(Choice::meets_target), "{choices:?}");
+            assert!(choices.is_sorted_by(|a, b| a.predicted_ms <= b.predicted_ms), "{choices:?}");
+            assert!(matches!(choices[4].technique, Technique::ExactShadowMap { .. }), "{choices:?}");
+        }
+        let lights = [light(LightKind::Spot, mapped(512))];
+        let impossible = choice(&facts(&lights, 1e-9));
+        assert!(!impossible.meets_target() && impossible.predicted_error > 1e-9, "{impossible:?}");
+    }
+
+    #[test]
+    fn a_medium_that_varies_is_marched_or_filled_with_froxels() {
+        let lights = [light(LightKind::Point, mapped(512)), light(LightKind::Spot, ShadowFacts::None)];
+        let medium = MediumFacts { heterogeneous: true, ..MediumFacts::default() };
+        let fine = choice(&Facts { medium, ..facts(&lights, 0.01) });
+        assert!(matches!(fine.technique, Technique::BruteForce { .. }) && !fine.rays, "{fine:?}");
+        assert_eq!(fine.reasons.len(), 2);
+        let coarse = choice(&Facts { medium, casts_rays: true, ..facts(&lights, 0.1) });
+        assert!(matches!(coarse.technique, Technique::Froxels(_)), "{coarse:?}");
+        assert!(coarse.reasons[0].contains("froxels"), "{coarse:?}");
+    }
+
+    #[test]
+    fn casters_without_a_map_are_asked_by_rays() {
+        let lights = [light(LightKind::Point, ShadowFacts::Rays)];
+        let choice = choice(&Facts { casts_rays: true, ..facts(&lights, 0.05) });
+        assert!(choice.rays && choice.meets_target(), "{choice:?}");
+    }
+
+    #[test]
+    fn a_measured_error_overrules_the_usual_one() {
+        let lights = [light(LightKind::Spot, mapped(512))];
+        let facts = facts(&lights, 0.05);
+        let mut asked = Vec::new();
+        let choice = choose_by(&facts, None, &Costs::SOFTWARE, |candidate| {
+            asked.push(Costs::SOFTWARE.predict(&facts, candidate));
+            if matches!(candidate.technique, Technique::ExactShadowMap { .. }) { 0.001 } else { 0.5 }
+        });
+        assert!(matches!(choice.technique, Technique::ExactShadowMap { .. }), "{choice:?}");
+        assert!(asked.is_sorted() && asked.last() == Some(&choice.predicted_ms), "{asked:?}");
+    }
+
+    #[test]
+    fn one_frame_tells_how_fast_a_device_is() {
+        let lights = [light(LightKind::Point, mapped(512))];
+        let facts = facts(&lights, 0.01);
+        let candidate = candidates(&facts, None)[0];
+        let usual = Costs::SOFTWARE.predict(&facts, &candidate);
+        let fast = Costs::SOFTWARE.scaled(usual, 0.01 * usual);
+        assert!((fast.predict(&facts, &candidate) - 0.01 * usual).abs() < 1e-9 * usual);
+        assert_eq!(fast.scaled(0.0, 1.0), fast, "a frame of nothing tells nothing");
+    }
+}

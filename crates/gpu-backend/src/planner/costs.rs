@@ -66,6 +66,9 @@ impl Operation {
     ];
 }
 
+/// Pieces between a picture's texels, as many as a ray meets that walks over the map behind it.
+const PICTURE_PIECES: f64 = 100.0;
+
 /// Nanoseconds of each operation on a device, by kind of light: columns as [`LightKind::ALL`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Costs {
@@ -127,6 +130,9 @@ fn operations(
             let block = if surface == MapSurface::Linear { Op::LinearBlock } else { Op::Block };
             all.extend([(Op::Pass, 1.0 + views), (Op::PyramidTexel, made)]);
             all.extend([(Op::Walk, rays), (block, rays * side.sqrt())]);
+            if !closed {
+                all.push((Op::VaryingStep, rays * PICTURE_PIECES));
+            }
         }
         Technique::LightVolume { tessellation, .. } => {
             let (texel, passes) = match tessellation {
