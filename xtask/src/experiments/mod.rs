@@ -255,6 +255,11 @@ pub(crate) const ALL: &[Entry] = &[
         about: "every technique and setting on every scene: time against error, and what the planner chooses",
         run: pareto::run,
     },
+    Entry {
+        id: "pareto-speedup",
+        about: "the planner's choice against the honest march at equal error on the same map",
+        run: pareto::speedup,
+    },
 ];
 
 /// An experiment with nothing found yet.

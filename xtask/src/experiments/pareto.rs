@@ -2,6 +2,8 @@
 //!
 //! All settings of a scene take turns. Errors against the geometry are those of the picture; errors against the map are
 //! those of what reads the map that a host has, in the meaning that it is read in.
+//!
+//! `pareto-speedup` is the part of it that is compared with the march at the papers' resolution.
 
 use serde_json::json;
 
@@ -14,7 +16,7 @@ use super::{Context, Preset, experiment, gpu_or_cpu};
 use crate::failure::Outcome;
 use crate::planned::{self, Device};
 use crate::report::Section;
-use crate::report::data::Row;
+use crate::report::data::{Check, Row};
 use crate::scene_args::Setup;
 use crate::setups::LightKind;
 
@@ -25,8 +27,12 @@ struct Plan {
     sweep: Sweep,
     kinds: &'static [LightKind],
     media: usize,
-    scenes: usize,
+    /// Which scenes, by their ids; all without.
+    scenes: Option<&'static [&'static str]>,
 }
+
+/// Scenes that are compared with the march: round, thin, fine, full of leaves, and large ones.
+const SPEEDUP_SCENES: &[&str] = &["sphere", "spring", "bunny", "fairy", "sponza"];
 
 fn plan(context: &Context) -> Plan {
     let sweep = Sweep {
@@ -39,7 +45,7 @@ fn plan(context: &Context) -> Plan {
         tiles: &[8],
         grid: true,
     };
-    let standard = Plan { side: 512, sweep, kinds: &LightKind::ALL, media: 2, scenes: usize::MAX };
+    let standard = Plan { side: 512, sweep, kinds: &LightKind::ALL, media: 2, scenes: None };
     let smoke = Plan {
         side: 64,
         sweep: Sweep {
@@ -54,7 +60,7 @@ fn plan(context: &Context) -> Plan {
         },
         kinds: &[LightKind::Spot],
         media: 1,
-        scenes: 1,
+        scenes: Some(&["bunny"]),
     };
     let plan = match context.preset {
         Preset::Smoke => smoke,
@@ -66,7 +72,7 @@ fn plan(context: &Context) -> Plan {
                 hybrid: &[4, 16, 64],
                 ..sweep
             },
-            scenes: 2,
+            scenes: Some(&["bunny", "sponza"]),
             media: 1,
             ..standard
         },
@@ -92,24 +98,49 @@ pub(super) struct Case {
 
 pub(super) fn run(context: &Context) -> Outcome<Section> {
     let plan = plan(context);
-    let mut found = experiment(
-        context,
-        "pareto",
-        "Time against error: every technique and setting on every scene",
-        "which technique a scene needs",
-    );
+    let title = "Time against error: every technique and setting on every scene";
+    tell(context, &plan, "pareto", title, told::checks)
+}
+
+/// The planner's choices against the march alone.
+pub(super) fn speedup(context: &Context) -> Outcome<Section> {
+    let usual = plan(context);
+    let full = context.preset >= Preset::Standard && context.gpu.is_some();
+    let sweep = Sweep {
+        maps: &[],
+        samples: if full { &[32, 128, 512, 1024, 2048] } else { &[32, 256, 1024] },
+        hybrid: &[],
+        thresholds: &[],
+        scales: &[],
+        tiles: &[],
+        ..usual.sweep
+    };
+    let scenes = if full { Some(SPEEDUP_SCENES) } else { usual.scenes };
+    let plan = Plan { side: if full { 1024 } else { usual.side }, media: 1, scenes, sweep, ..usual };
+    let title = "The planner's choice against marching at equal error";
+    tell(context, &plan, "pareto-speedup", title, told::speedup_checks)
+}
+
+fn tell(
+    context: &Context,
+    plan: &Plan,
+    id: &str,
+    title: &str,
+    checks: fn(&[Case]) -> Vec<Check>,
+) -> Outcome<Section> {
+    let mut found = experiment(context, id, title, "which technique a scene needs");
     found.adapter = gpu_or_cpu(context);
-    let cases = cases(context, &plan)?;
+    let (cases, metrics) = (cases(context, plan)?, plan.sweep.metrics());
     let mut section = Section::default();
     for case in &cases {
         found.rows.extend(rows(case));
-        found.equal_error.extend(told::equal_errors(case));
-        section.plots.extend(Metric::ALL.map(|metric| told::plot(metric, case)));
+        found.equal_error.extend(told::equal_errors(metrics, case));
+        section.plots.extend(metrics.iter().map(|metric| told::plot(*metric, case)));
     }
-    section.tables.extend(Metric::ALL.map(|metric| told::ways(metric, &cases)));
+    section.tables.extend(metrics.iter().map(|metric| told::ways(*metric, &cases)));
     section.tables.push(told::predictions(&cases));
-    found.checks = told::checks(&cases);
-    found.notes = notes(context, &plan);
+    found.checks = checks(&cases);
+    found.notes = notes(context, plan);
     section.experiment = found;
     Ok(section)
 }
@@ -122,8 +153,8 @@ fn cases(context: &Context, plan: &Plan) -> Outcome<Vec<Case>> {
     // the thin medium comes first
     let media: Vec<&(String, f32)> = media.iter().rev().take(plan.media).collect();
     let sources = context.setups.sources();
-    let quick = context.preset < Preset::Standard;
-    for source in sources.iter().filter(|source| !quick || source.entry.quick).take(plan.scenes) {
+    let wanted = |id: &str| plan.scenes.is_none_or(|ids| ids.contains(&id));
+    for source in sources.iter().filter(|source| wanted(&source.entry.id)) {
         for (medium, depth) in &media {
             for &kind in plan.kinds {
                 let Some(setup) = source.setup_lit(*depth, kind)? else { continue };
@@ -152,7 +183,7 @@ fn measure(
         Some(gpu) if crate::gpu::is_hardware(gpu) => Device::HardwareGpu,
         Some(_) => Device::SoftwareGpu,
     };
-    let picks = pareto_picks::choose(&arena, map, device, &mut settings)?;
+    let picks = pareto_picks::choose(&arena, map, plan.sweep.metrics(), device, &mut settings)?;
     let predict = |setting: &super::measure::Setting| {
         planned::predict(&arena.setup, &arena.bvh, setting.technique, &setting.options)
     };

@@ -6,7 +6,7 @@ use gpu_backend::planner::{self, Costs};
 use super::measure::{Arena, Measured, Setting};
 use crate::failure::Outcome;
 use crate::planned::{self, Device, Wish};
-use crate::technique::Technique;
+use crate::technique::{Options, Technique};
 
 /// Errors that are asked for.
 pub(super) const TARGETS: [f64; 3] = [0.05, 0.01, 0.002];
@@ -55,53 +55,63 @@ pub(super) struct Pick {
     pub(super) pilot_ms: f64,
 }
 
-/// Asks the planner for each target; what it chooses joins the settings unless it is among them.
+/// Asks the planner for each target, against what is in `metrics`; `side` is that of the given map. What it chooses joins
+/// the settings unless it is among them.
 pub(super) fn choose(
     arena: &Arena,
     side: u32,
+    metrics: &[Metric],
     device: Device,
     settings: &mut Vec<Setting>,
 ) -> Outcome<Vec<Pick>> {
     let mut picks = Vec::new();
     for target in TARGETS {
-        let wish = Wish { target_error: Some(target), ..Wish::default() };
-        let plan = planned::plan(&arena.setup, &arena.bvh, &arena.base, &wish, device)?;
-        let mut options = plan.options;
-        if plan.technique == Technique::Exact {
-            options = arena.base;
-        }
-        picks.push(Pick {
-            metric: Metric::Geometry,
-            target,
-            setting: join(settings, plan.technique, options),
-            predicted_ms: plan.predicted_ms,
-            predicted_error: plan.predicted_error.map_or(f64::NAN, |error| error.found),
-            pilot_ms: plan.pilot_ms,
-        });
-        let lights = planned::lights_of(&arena.setup, &arena.bvh, &arena.base, side);
-        let facts = planned::facts_of(&arena.setup, &arena.bvh, &arena.base, &lights, target);
-        let facts = planner::Facts { casts_rays: false, ..facts };
-        let choice = planner::choose(&facts, None, &Costs::SOFTWARE);
-        let chosen = planner::Candidate { technique: choice.technique, rays: choice.rays };
-        let chosen = planned::options_of(&chosen, side, &arena.base, &Wish::default());
-        if let Some((technique, options)) = chosen {
-            picks.push(Pick {
-                metric: Metric::Map,
-                target,
-                setting: join(settings, technique, options),
-                predicted_ms: Some(choice.predicted_ms),
-                predicted_error: choice.predicted_error,
-                pilot_ms: 0.0,
+        for metric in metrics {
+            picks.extend(match metric {
+                Metric::Geometry => Some(by_pilot(arena, target, device, settings)?),
+                Metric::Map => by_habit(arena, target, side, settings),
             });
         }
     }
     Ok(picks)
 }
 
+/// The choice of a technique, its settings and its map.
+fn by_pilot(arena: &Arena, target: f64, device: Device, settings: &mut Vec<Setting>) -> Outcome<Pick> {
+    let wish = Wish { target_error: Some(target), ..Wish::default() };
+    let plan = planned::plan(&arena.setup, &arena.bvh, &arena.base, &wish, device)?;
+    Ok(Pick {
+        metric: Metric::Geometry,
+        target,
+        setting: join(settings, plan.technique, plan.options),
+        predicted_ms: plan.predicted_ms,
+        predicted_error: plan.predicted_error.map_or(f64::NAN, |error| error.found),
+        pilot_ms: plan.pilot_ms,
+    })
+}
+
+/// The choice of a host that has its map, and neither a hierarchy nor a pilot.
+fn by_habit(arena: &Arena, target: f64, side: u32, settings: &mut Vec<Setting>) -> Option<Pick> {
+    let lights = planned::lights_of(&arena.setup, &arena.bvh, &arena.base, side);
+    let facts = planned::facts_of(&arena.setup, &arena.bvh, &arena.base, &lights, target);
+    let facts = planner::Facts { casts_rays: false, ..facts };
+    let choice = planner::choose(&facts, None, &Costs::SOFTWARE);
+    let chosen = planner::Candidate { technique: choice.technique, rays: choice.rays };
+    let (technique, options) = planned::options_of(&chosen, side, &arena.base, &Wish::default())?;
+    Some(Pick {
+        metric: Metric::Map,
+        target,
+        setting: join(settings, technique, options),
+        predicted_ms: Some(choice.predicted_ms),
+        predicted_error: choice.predicted_error,
+        pilot_ms: 0.0,
+    })
+}
+
 /// The setting with these options, which is added unless there is one.
-fn join(settings: &mut Vec<Setting>, technique: Technique, options: crate::technique::Options) -> usize {
+fn join(settings: &mut Vec<Setting>, technique: Technique, options: Options) -> usize {
     // what a technique does not read makes no other setting of it
-    let key = |technique: Technique, options: &crate::technique::Options| {
+    let key = |technique: Technique, options: &Options| {
         let options = options.of(technique);
         let map = technique.reads_maps(options.visibility).then_some(options.map);
         let visibility = technique.takes_scale().then_some(options.visibility);

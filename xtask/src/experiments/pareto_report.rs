@@ -128,10 +128,9 @@ pub(super) fn ways(metric: Metric, cases: &[Case]) -> Table {
 }
 
 /// Times at equal error: the fastest setting of each technique, and what the planner chose.
-pub(super) fn equal_errors(case: &Case) -> Vec<EqualError> {
+pub(super) fn equal_errors(metrics: &[Metric], case: &Case) -> Vec<EqualError> {
     let mut all = Vec::new();
-    for (metric, target) in Metric::ALL.into_iter().flat_map(|metric| TARGETS.map(|target| (metric, target)))
-    {
+    for (metric, target) in metrics.iter().flat_map(|metric| TARGETS.map(|target| (*metric, target))) {
         let mut ms: BTreeMap<String, Option<f64>> = BTreeMap::new();
         for (found, error) in case.errors(metric) {
             let slot = ms.entry(family(&found.setting)).or_default();

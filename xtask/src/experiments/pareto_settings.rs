@@ -1,6 +1,7 @@
 //! The settings of `pareto`: every technique with what trades its time for error.
 
 use super::measure::{Arena, Rebuild, Setting};
+use super::pareto_picks::Metric;
 use crate::maps::{MapOptions, MapSurface};
 use crate::technique::{Options, Technique, Tessellation};
 
@@ -9,7 +10,7 @@ use crate::technique::{Options, Technique, Tessellation};
 pub(super) struct Sweep {
     /// Side of the map that is given, on which errors on the map are.
     pub(super) map: u32,
-    /// Sides of the maps of which one may be chosen.
+    /// Sides of the maps of which one may be chosen; without any, nothing is against the geometry.
     pub(super) maps: &'static [u32],
     /// Steps of marches over the light's extent.
     pub(super) samples: &'static [u32],
@@ -23,6 +24,13 @@ pub(super) struct Sweep {
     pub(super) tiles: &'static [u32],
     /// Whether froxels of a shared grid are measured.
     pub(super) grid: bool,
+}
+
+impl Sweep {
+    /// What is of interest.
+    pub(super) fn metrics(&self) -> &'static [Metric] {
+        if self.maps.is_empty() { &[Metric::Map] } else { &Metric::ALL }
+    }
 }
 
 /// Steps of the march and of the hybrid that are also measured for blocks of pixels.
@@ -49,7 +57,10 @@ pub(super) fn all(sweep: &Sweep, arena: &Arena) -> Vec<Setting> {
     let base = arena.base;
     let with_map = |side, surface| Options { map: MapOptions { side, surface }, ..base };
     let given = with_map(sweep.map, MapSurface::Step);
-    let mut all = vec![Setting::new("exact, on the CPU", Technique::Exact, base)];
+    let mut all = Vec::new();
+    if !sweep.maps.is_empty() {
+        all.push(Setting::new("exact, on the CPU", Technique::Exact, base));
+    }
     for &side in sweep.maps {
         let mut exact = |surface: MapSurface| {
             let name = format!("exact-shadow-map, {side}² {}", surface.name());

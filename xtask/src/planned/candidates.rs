@@ -96,13 +96,12 @@ pub(crate) fn options_of(
     };
     let marches = matches!(technique, Technique::BruteForce | Technique::Hybrid);
     let mut options = options;
-    if marches && let Some(samples) = wish.samples {
-        options.samples = Some(samples);
+    if marches {
+        options.samples = wish.samples.or(options.samples);
+        options.map.surface = wish.surface.unwrap_or(options.map.surface);
     }
     let is_wanted = wish.technique.is_none_or(|wanted| wanted == technique)
-        && wish
-            .surface
-            .is_none_or(|surface| !marches && surface == options.map.surface || marches && found.rays)
+        && wish.surface.is_none_or(|surface| surface == options.map.surface)
         && wish.visibility.is_none_or(|wanted| !marches || wanted == visibility);
     // a map that nobody reads is none to be drawn
     if found.rays {

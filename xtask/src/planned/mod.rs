@@ -188,6 +188,8 @@ pub(crate) fn plan(setup: &Setup, bvh: &Bvh, base: &Options, wish: &Wish, device
     }
     let mut pilot = Pilot::new(setup, bvh, base)?;
     let all = candidates(setup, bvh, base, wish, device, target_error, &Costs::SOFTWARE);
+    let finest = |a: &&Candidate, b: &&Candidate| a.usual_error.total_cmp(&b.usual_error);
+    let last_resort = all.iter().min_by(finest).cloned();
     let mut best: Option<(Candidate, Estimate, f64)> = None;
     let mut trials = Trials::default();
     for candidate in all {
@@ -208,15 +210,33 @@ pub(crate) fn plan(setup: &Setup, bvh: &Bvh, base: &Options, wish: &Wish, device
             break;
         }
     }
+    if best.is_none() && (!free || !analytic) {
+        // the best there is of what was asked for
+        if let Some(candidate) = last_resort {
+            let (error, cpu_ms) = pilot.judge(candidate.technique, &candidate.options)?;
+            let ms = if device == Device::Cpu { cpu_ms } else { candidate.predicted_ms };
+            best = Some((candidate, error, ms));
+        }
+    }
     let met = best.as_ref().is_some_and(|(_, error, _)| error.upper <= target_error);
-    match best {
-        Some((candidate, error, ms)) if met || !free || !analytic => Ok(Plan {
+    match (best, wish.technique) {
+        (Some((candidate, error, ms)), _) if met || !free || !analytic => Ok(Plan {
             technique: candidate.technique,
             options: candidate.options,
             on_gpu: device != Device::Cpu,
             reasons: candidate.reasons,
             predicted_ms: Some(ms),
             predicted_error: Some(error),
+            target_error,
+            pilot_ms: pilot.ms(),
+        }),
+        (None, Some(technique)) => Ok(Plan {
+            technique,
+            options: *base,
+            on_gpu: device != Device::Cpu,
+            reasons: vec!["asked for".to_owned(); setup.lights.len()],
+            predicted_ms: None,
+            predicted_error: None,
             target_error,
             pilot_ms: pilot.ms(),
         }),

@@ -82,42 +82,33 @@ pub fn reason(facts: &Facts<'_>, light: &LightFacts, candidate: &Candidate) -> S
     let kind = light.kind.name();
     let texture = if light.textured { "textured " } else { "" };
     let name = format!("{texture}{kind} light");
-    let percent = 100.0 * target_error;
+    let within = format!("within the target of {} %", 100.0 * target_error);
+    let plain = closed && !light.textured && light.shadows == ShadowFacts::None;
     let why = match candidate.technique {
-        Technique::ExactShadowMap { .. } | Technique::LightVolume { .. } | Technique::Hybrid(_)
-            if light.shadows == ShadowFacts::None && closed && !light.textured =>
-        {
-            return format!("{name}: no occluder, one closed form a ray");
-        }
-        Technique::BruteForce { .. } if light.shadows == ShadowFacts::None && closed && !light.textured => {
-            return format!("{name}: no occluder, one closed form a ray");
-        }
-        Technique::ExactShadowMap { .. } => {
-            "the exact walk over its map is the cheapest that is within the target".to_owned()
-        }
-        Technique::LightVolume { .. } => "the surface around what it reaches is cheapest".to_owned(),
-        Technique::Hybrid(hybrid) if light.textured => {
-            format!("its picture varies along a ray: {} steps between its shadow's faces", hybrid.samples)
-        }
-        Technique::Hybrid(hybrid) => {
-            format!("{} steps between its shadow's faces are the cheapest within the target", hybrid.samples)
-        }
-        Technique::BruteForce { samples, .. } if !closed => {
-            format!("the medium has no closed form along its rays: a march of {samples} steps")
-        }
-        Technique::BruteForce { samples, .. } => {
-            format!("a march of {samples} steps is the cheapest within the target")
-        }
         Technique::Froxels(_) if *views > 1 => format!("{views} views share a grid of shadows"),
         Technique::Froxels(_) if medium.heterogeneous => {
-            "the medium varies, and froxels are within the target".to_owned()
+            format!("the medium varies, and froxels are {within}")
         }
         Technique::Froxels(_) if facts.lights.len() > MAX_LIGHTS => {
             format!("more than {MAX_LIGHTS} lights fit froxels alone")
         }
-        Technique::Froxels(_) => "froxels are the cheapest within the target".to_owned(),
+        Technique::Froxels(_) => format!("froxels are the cheapest {within}"),
+        _ if plain => "no occluder, one closed form a ray".to_owned(),
+        Technique::ExactShadowMap { .. } => format!("the exact walk over its map is the cheapest {within}"),
+        Technique::LightVolume { .. } => {
+            format!("the surface around what it reaches is the cheapest {within}")
+        }
+        Technique::Hybrid(hybrid) => {
+            format!("{} steps between its shadow's faces are the cheapest {within}", hybrid.samples)
+        }
+        Technique::BruteForce { samples, .. } if !closed => {
+            format!("the medium has no closed form along its rays: a march of {samples} steps is {within}")
+        }
+        Technique::BruteForce { samples, .. } => {
+            format!("a march of {samples} steps is the cheapest {within}")
+        }
     };
-    format!("{name}: {why} of {percent} %")
+    format!("{name}: {why}")
 }
 
 #[cfg(test)]
