@@ -27,7 +27,7 @@ pub(crate) const DEFAULT_TARGET: f64 = 0.01;
 const MOST_TRIALS: usize = 32;
 
 /// A candidate that is usually so many times above the target is not tried.
-const HOPELESS: f64 = 8.0;
+const HOPELESS: f64 = 32.0;
 
 /// How much better a march may be than its error's fall by the number of its steps.
 const LEAST_GAIN: f64 = 1.5;
@@ -170,7 +170,7 @@ pub(crate) fn plan(setup: &Setup, bvh: &Bvh, base: &Options, wish: &Wish, device
     };
     let free = wish.technique.is_none();
     let analytic = setup.medium.is_homogeneous();
-    if free && analytic && device == Device::Cpu {
+    if free && analytic && device == Device::Cpu && base.froxels.viewers < 2 {
         let reason = "homogeneous medium: exact shadows and integrals on the CPU, whatever the target";
         return Ok(exact(reason, 0.0, None));
     }

@@ -17,7 +17,7 @@ use crate::technique::{Options, Technique, VisibilitySource};
 use crate::view_rays::ViewRays;
 
 /// Rays of a pilot, about.
-const RAYS: f64 = 16384.0;
+const RAYS: f64 = 8192.0;
 
 /// The same where the reference is a converged march.
 const FEW_RAYS: f64 = 576.0;
