@@ -251,10 +251,34 @@ pub(crate) fn plan(setup: &Setup, bvh: &Bvh, base: &Options, wish: &Wish, device
 #[derive(Debug, Default)]
 struct Trials {
     count: usize,
-    /// Maps, and whether what is exact on them is within the target: what reads one cannot be better.
-    maps: Vec<(MapOptions, bool)>,
-    /// The last number of steps of each march, and its error.
-    marches: Vec<(Technique, VisibilitySource, u32, f64)>,
+    /// Maps, and the error of what is exact on them: what reads one cannot be better.
+    maps: Vec<(MapOptions, f64)>,
+    /// The last trial of each march.
+    marches: Vec<Marched>,
+}
+
+/// A march that was tried.
+#[derive(Debug, Clone, Copy)]
+struct Marched {
+    technique: Technique,
+    visibility: VisibilitySource,
+    steps: u32,
+    /// What is left of its error without that of its map.
+    error: f64,
+}
+
+impl Marched {
+    fn is_like(&self, candidate: &Candidate) -> bool {
+        self.technique == candidate.technique && self.visibility == candidate.options.visibility
+    }
+
+    /// Whether so many steps are too few as well, be the map as fine as it may.
+    fn rules_out(&self, steps: u32, target: f64) -> bool {
+        if steps == self.steps {
+            return self.error > target;
+        }
+        self.error * f64::from(self.steps) > LEAST_GAIN * target * f64::from(steps)
+    }
 }
 
 impl Trials {
@@ -264,16 +288,9 @@ impl Trials {
         if self.count >= MOST_TRIALS || candidate.usual_error > HOPELESS * target {
             return Ok(false);
         }
-        if let Some(samples) = options.samples {
-            let tried = self
-                .marches
-                .iter()
-                .find(|(tried, visibility, ..)| tried == technique && *visibility == options.visibility);
-            // errors of marches fall no faster than their steps rise
-            let hopeless = |(.., steps, error): &(Technique, VisibilitySource, u32, f64)| {
-                error * f64::from(*steps) > LEAST_GAIN * target * f64::from(samples)
-            };
-            if tried.is_some_and(hopeless) {
+        if let Some(steps) = options.samples {
+            let tried = self.marches.iter().find(|tried| tried.is_like(candidate));
+            if tried.is_some_and(|tried| tried.rules_out(steps, target)) {
                 return Ok(false);
             }
         }
@@ -281,23 +298,32 @@ impl Trials {
             return Ok(true);
         }
         let map = options.of(*technique).map;
-        if let Some((_, fine)) = self.maps.iter().find(|(known, _)| *known == map) {
-            return Ok(*fine);
+        if self.floor(candidate).is_none() {
+            let exact = technique::check(pilot.setup(), Technique::ExactShadowMap, "").is_ok();
+            let options = Options { map, ..*options };
+            let floor = if exact { pilot.judge(Technique::ExactShadowMap, &options)?.0.found } else { 0.0 };
+            self.maps.push((map, floor));
         }
-        let exact = technique::check(pilot.setup(), Technique::ExactShadowMap, "").is_ok();
-        let fine = !exact || pilot.judge(Technique::ExactShadowMap, options)?.0.found <= target;
-        self.maps.push((map, fine));
-        Ok(fine)
+        Ok(self.floor(candidate).is_some_and(|floor| floor <= target))
+    }
+
+    /// The error of what is exact on a candidate's map, where it is known.
+    fn floor(&self, candidate: &Candidate) -> Option<f64> {
+        let map = candidate.options.of(candidate.technique).map;
+        self.maps.iter().find(|(known, _)| *known == map).map(|(_, floor)| *floor)
     }
 
     /// Takes an error into account that was found.
     fn note(&mut self, candidate: &Candidate, error: f64) {
         let Candidate { technique, options, .. } = candidate;
         self.count += 1;
-        if let Some(samples) = options.samples {
-            self.marches
-                .retain(|(tried, visibility, ..)| tried != technique || *visibility != options.visibility);
-            self.marches.push((*technique, options.visibility, samples, error));
+        if let Some(steps) = options.samples {
+            let reads_map = technique.reads_maps(options.visibility);
+            let floor = self.floor(candidate).filter(|_| reads_map).unwrap_or(0.0);
+            let error = (error * error - floor * floor).max(0.0).sqrt();
+            self.marches.retain(|tried| !tried.is_like(candidate));
+            let (technique, visibility) = (*technique, options.visibility);
+            self.marches.push(Marched { technique, visibility, steps, error });
         }
     }
 }
