@@ -9,7 +9,7 @@
 //!
 //! ```no_run
 //! use glam::Vec3;
-//! use gpu_backend::{Fog, FogDescriptor, Frame, GpuContext, Lamp, SceneDepth, Technique, View};
+//! use gpu_backend::{Fog, FogDescriptor, Frame, GpuContext, Lamp, Sampling, SceneDepth, Technique, View};
 //! use scene::{AirlightModel, Camera, Light, Medium, PointLight};
 //! use shadowmap::MapSurface;
 //!
@@ -24,8 +24,7 @@
 //!     lamps: &[Lamp { light: &light, shadows: None, volume: None }],
 //!     model: AirlightModel::Sun,
 //!     technique: Technique::ExactShadowMap { surface: MapSurface::Step },
-//!     scattering_scale: 1,
-//!     anew_at_edges: false,
+//!     sampling: Sampling::Pixels,
 //! })?;
 //! let mut encoder = gpu.device.create_command_encoder(&Default::default());
 //! fog.encode(&mut encoder);
@@ -69,8 +68,8 @@ pub use context::{DeviceFeatures, GpuContext, software_or_hardware};
 pub use draw::{DepthDrawer, DrawnDepth, DrawnMap, Triangles};
 pub use error::{ContextError, CreateError, GpuError, PrepareError, ReadError};
 pub use fog::{
-    AirlightForm, CompositeTarget, Fog, FogDescriptor, Frame, Hybrid, Lamp, LightPicture, Lookup, MAX_LIGHTS,
-    Placement, SceneDepth, Shadows, Technique, View,
+    Adaptive, AirlightForm, CompositeTarget, Fog, FogDescriptor, Frame, Hybrid, Lamp, LightPicture, Lookup,
+    MAX_LIGHTS, Placement, Sampling, SceneDepth, Shadows, Technique, View,
 };
 pub use lightvolume::{Criterion, DEFAULT_MOST_LEAVES, LeafCount, LightMesh, Tessellation};
 pub use map::{HostDepth, ShadowMap};

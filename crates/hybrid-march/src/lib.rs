@@ -13,6 +13,7 @@
 //! | the march between them, boundaries bisected | [`Hybrid`] |
 //! | spots with pictures: three segments, mipmapped or blurred pictures | [`TexturedMarch`], [`LightMips`] |
 //! | airlight for blocks of pixels, and the way back by depth | [`LowResolution`] |
+//! | airlight where the picture changes, down to a target error, for any technique | [`Adaptive`] |
 //! | simpler occluders in place of complex ones | [`bounding_box`], [`cluster`], [`near_viewer`] |
 //!
 //! [`BruteForce`] is the baseline: the march that asks for visibility at every step of a light's whole extent, for every
@@ -52,6 +53,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod adaptive;
 mod adjacency;
 mod brute_force;
 mod extent;
@@ -61,11 +63,13 @@ mod hybrid;
 mod light_mips;
 mod piece;
 mod proxy;
+mod sampling;
 mod shadow_volume;
 mod silhouette;
 mod textured;
 mod upsample;
 
+pub use adaptive::{Adaptive, AdaptiveError};
 pub use adjacency::{Adjacency, AdjacencyError, Edge, NO_SIDE};
 pub use brute_force::{BruteForce, Marched, Occluders};
 pub use extent::shadow_extent;
@@ -73,6 +77,7 @@ pub use face_bounds::FaceBounds;
 pub use hybrid::Hybrid;
 pub use light_mips::{Level, LightMips};
 pub use proxy::{bounding_box, cluster, near_viewer};
+pub use sampling::Sampling;
 pub use shadow_volume::ShadowVolume;
 pub use silhouette::{Silhouette, SilhouetteEdge};
 pub use textured::{Placement, TexturedMarch};
