@@ -2,8 +2,8 @@
 
 use glam::Vec3;
 use gpu_backend::{
-    DepthDrawer, DrawnDepth, DrawnMap, Fog, FogDescriptor, Frame, GpuContext, Lamp, Shadows, Technique,
-    Triangles, View,
+    DepthDrawer, DrawnDepth, DrawnMap, Fog, FogDescriptor, Frame, GpuContext, Lamp, Sampling, Shadows,
+    Technique, Triangles, View,
 };
 use scene::{AirlightModel, DirectionalLight, Light, Medium, procedural};
 use shadowmap::{Bias, MapSurface, Projection};

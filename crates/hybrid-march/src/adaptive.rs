@@ -84,7 +84,8 @@ impl Adaptive {
         let spacing = match (target_error, width.min(height)) {
             (0.02.., 700..) => 16,
             (0.005.., 350..) => 8,
-            _ => 4,
+            (_, 200..) => 4,
+            _ => 2,
         };
         Self { target_error, spacing }
     }
