@@ -160,6 +160,8 @@ fn bad_folders_and_files_are_refused() {
         desk.misrefused("scenes --originals o -o file", "--output file"),
         desk.misrefused("scenes --originals o -o file/new", "--output file/new"),
     ]);
+    // what is wrong with a folder that is listed is said before anything is written
+    all_right([desk.misrefused("scenes --originals o -o out/new --scenes nonsense", "manifest.json")]);
     for (name, text) in [
         ("b.obj", "v 0 0 0\nf 1 2 3\n"),
         ("b.ply", "ply\nformat ascii 1.0\nelement vertex 9\nproperty float x\nend_header\n0\n"),
@@ -171,6 +173,9 @@ fn bad_folders_and_files_are_refused() {
         all_right([desk.misrefused("scenes --originals o -o out/new", name)]);
         std::fs::remove_file(desk.path(&format!("o/{name}"))).unwrap();
     }
-    // and without any of them it works
-    assert_eq!(desk.done("scenes --originals o -o out/new").code, 0);
+    // and without any of them it works, even if there is nothing to convert
+    assert!(desk.done("scenes --originals o -o out/new").stdout.contains("1 altered"));
+    desk.write("empty/one.glb", Glb::triangle().bytes());
+    let ended = desk.done("scenes --originals empty -o out/none");
+    assert!(ended.stdout.contains("14 missing") && !desk.path("out/none").exists(), "{}", ended.stdout);
 }

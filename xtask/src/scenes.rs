@@ -45,6 +45,17 @@ pub(crate) fn run(args: &ScenesArgs) -> Outcome {
     if let Some(folder) = &args.scenes {
         check_folder("--scenes", folder)?;
     }
+    // the output may not be there yet
+    let folder = match (&args.scenes, &args.output, scenes_folder()) {
+        (Some(folder), ..) | (None, Some(folder), _) => Some(folder.clone()),
+        (None, None, Some(folder)) => {
+            check_folder(SCENES, &folder)?;
+            Some(folder)
+        }
+        (None, None, None) => None,
+    };
+    // whatever can be refused is, before anything is written
+    let manifest = folder.as_deref().map(Manifest::of).transpose()?.unwrap_or_default();
     let mut text = String::new();
     if let (Some(originals), Some(output)) = (&args.originals, &args.output) {
         check_folder("--originals", originals)?;
@@ -53,15 +64,8 @@ pub(crate) fn run(args: &ScenesArgs) -> Outcome {
         }
         text += "\n";
     }
-    let folder = match (&args.scenes, &args.output) {
-        (Some(folder), _) | (None, Some(folder)) => Some(folder.clone()),
-        (None, None) => scenes_folder(),
-    };
     match &folder {
-        Some(folder) => {
-            check_folder(SCENES, folder)?;
-            text += &list(folder, &known, &setups)?;
-        }
+        Some(folder) => text += &list(folder, &manifest, &known, &setups),
         None => {
             tracing::info!("neither --scenes nor {SCENES} names a folder: none of them is looked for");
             text += &known.scenes.iter().map(|scene| entry(scene, "", &setups)).collect::<String>();
@@ -84,8 +88,7 @@ fn check_folder(name: &str, folder: &Path) -> Outcome {
 }
 
 /// What a folder holds of the known scenes, and of what its manifest names beside them.
-fn list(folder: &Path, known: &Known, setups: &Setups) -> Outcome<String> {
-    let manifest = Manifest::of(folder)?;
+fn list(folder: &Path, manifest: &Manifest, known: &Known, setups: &Setups) -> String {
     let (mut text, mut counts) = (String::new(), [0; 3]);
     for scene in &known.scenes {
         let state = State::of(folder, &scene.file, &scene.sha256, Some(scene));
@@ -113,7 +116,7 @@ fn list(folder: &Path, known: &Known, setups: &Setups) -> Outcome<String> {
         folder.display(),
         known.scenes.len()
     );
-    Ok(text)
+    text
 }
 
 /// All that is known of a scene, under the state that its file is in.

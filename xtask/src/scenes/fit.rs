@@ -29,14 +29,15 @@ impl Fit {
         }
         // vertices that no triangle has do not count
         let corners = original.meshes.iter().flat_map(|mesh| mesh.corners()).flatten();
-        let (found, wanted) = (Box::of(&Aabb::around(corners)), Box::of(&known.bounds()));
-        let scale = wanted.size.max_element() / found.size.max_element();
-        let off = (scale * found.size - wanted.size).abs().max_element();
+        let (from, size) = extent(&Aabb::around(corners));
+        let (to, wanted) = extent(&known.bounds());
+        let scale = wanted.max_element() / size.max_element();
+        let off = (scale * size - wanted).abs().max_element();
         // the negation refuses NaN, from boxes without size
-        if !(off <= SHAPE_TOLERANCE * wanted.size.max_element()) {
+        if !(off <= SHAPE_TOLERANCE * wanted.max_element()) {
             return None;
         }
-        Some(Self { from: found.center, scale, to: wanted.center })
+        Some(Self { from, scale, to })
     }
 
     /// Where a point of the original lies in the scene.
@@ -47,14 +48,8 @@ impl Fit {
     }
 }
 
-struct Box {
-    center: DVec3,
-    size: DVec3,
-}
-
-impl Box {
-    fn of(bounds: &Aabb) -> Self {
-        let (min, max) = (bounds.min.as_dvec3(), bounds.max.as_dvec3());
-        Self { center: 0.5 * (min + max), size: max - min }
-    }
+/// Centre and size of a box.
+fn extent(bounds: &Aabb) -> (DVec3, DVec3) {
+    let (min, max) = (bounds.min.as_dvec3(), bounds.max.as_dvec3());
+    (0.5 * (min + max), max - min)
 }
