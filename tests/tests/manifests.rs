@@ -1,4 +1,5 @@
 //! Manifests say the same of every crate, and all that a registry asks for.
+#![expect(clippy::unwrap_used, reason = "helpers of tests, which clippy does not take for tests")]
 
 use airlight_tests::workspace::{cargo, is_publishable, members, metadata, read, root};
 
