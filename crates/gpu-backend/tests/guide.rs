@@ -11,7 +11,7 @@ use glam::Vec3;
 use gpu_backend::wgpu;
 use gpu_backend::{
     CompositeTarget, CreateError, Fog, FogDescriptor, Frame, GpuContext, HostDepth, Hybrid, Lamp,
-    PrepareError, SceneDepth, ShadowCasters, ShadowMap, ShadowVolume, Shadows, Technique, View,
+    PrepareError, Sampling, SceneDepth, ShadowCasters, ShadowMap, ShadowVolume, Shadows, Technique, View,
     required_limits,
 };
 use scene::{AirlightModel, Camera, Density, Light, Medium, PointLight, Scene, procedural};
@@ -74,8 +74,7 @@ fn frame<'a>(views: &'a [View<'a>], medium: &'a Medium, lamps: &'a [Lamp<'a>]) -
         lamps,
         model: AirlightModel::Sun,
         technique: Technique::ExactShadowMap { surface: MapSurface::Step },
-        scattering_scale: 1,
-        anew_at_edges: false,
+        sampling: Sampling::Pixels,
     }
 }
 
