@@ -6,6 +6,9 @@
 #import bindings_view
 #import medium_path
 
+// the view's airlight
+@group(0) @binding(2) var airlight: texture_2d<f32>;
+
 override BOUNDED: bool = false;
 override DENSITY: u32 = 0u;
 // whether the channels are attenuated one by one: this draws their transmittance
@@ -27,5 +30,5 @@ fn fs_main(@builtin(position) position: vec4f) -> @location(0) vec4f {
     if ATTENUATES {
         return vec4f(transmittance, 1.0);
     }
-    return vec4f(textureLoad(before, pixel, 0).rgb, transmittance.x);
+    return vec4f(textureLoad(airlight, pixel, 0).rgb, transmittance.x);
 }

@@ -103,11 +103,11 @@ fn main(@builtin(workgroup_id) tile: vec3u, @builtin(local_invocation_index) ind
     }
     var sum = vec4f();
     if light.adds == 1u {
-        sum = textureLoad(before, pixel, 0);
+        sum = so_far(pixel);
     }
     let hit = hits[pixel.y * view.size.x + pixel.x];
     if hit < arrayLength(&surface_triangles) {
         sum += vec4f(surface_radiance(pixel, surface_triangles[hit]), 0.0);
     }
-    textureStore(scattered, pixel, sum);
+    set_so_far(pixel, sum);
 }

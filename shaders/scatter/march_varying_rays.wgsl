@@ -11,5 +11,5 @@ fn main(@builtin(workgroup_id) tile: vec3u, @builtin(local_invocation_index) ind
     if any(pixel >= view.size) {
         return;
     }
-    textureStore(scattered, pixel, march_varying(pixel));
+    set_so_far(pixel, march_varying(pixel));
 }

@@ -3,8 +3,7 @@
 
 #import bindings_view
 #import light
-
-@group(0) @binding(3) var scattered: texture_storage_2d<rgba32float, write>;
+#import pixels
 
 @group(1) @binding(0) var<uniform> light: Light;
 // the light's map, a layer a face; r32float
@@ -37,44 +36,3 @@ override LOOKUP: u32 = 0u;
 override ACHROMATIC: bool = true;
 // whether the phase function is isotropic
 override ISOTROPIC: bool = true;
-
-// The pixel of a thread of a tile of 8 x 8, in Z order: threads that run together have rays close together.
-fn pixel_of(tile: vec2u, index: u32) -> vec2u {
-    let x = (index & 1u) | ((index >> 1u) & 2u) | ((index >> 2u) & 4u);
-    let y = ((index >> 1u) & 1u) | ((index >> 2u) & 2u) | ((index >> 3u) & 4u);
-    return tile * 8u + vec2u(x, y);
-}
-
-// Whether a pixel's airlight is asked for: all of them, or those that were left over at a lower resolution.
-fn is_wanted(pixel: vec2u) -> bool {
-    return light.adds < REFINES || textureLoad(before, pixel, 0).a > 0.0;
-}
-
-// Adds a light's radiance to that of the lights before. What was not asked for keeps what it has.
-fn add_radiance(pixel: vec2u, radiance: vec3f) {
-    var sum = vec4f(radiance, 0.0);
-    if light.adds == ADDS {
-        sum += textureLoad(before, pixel, 0);
-    } else if light.adds >= REFINES {
-        let kept = textureLoad(before, pixel, 0);
-        let wanted = kept.a > 0.0;
-        let refined = radiance + select(vec3f(), kept.rgb, light.adds == REFINES_FURTHER);
-        sum = vec4f(select(kept.rgb, refined, wanted), kept.a);
-    }
-    textureStore(scattered, pixel, sum);
-}
-
-// The same of radiance that rounding may have made negative: what is taken away is added to alpha.
-fn add_clamped(pixel: vec2u, radiance: vec3f) {
-    let below = max(max(-radiance.r, -radiance.g), max(-radiance.b, 0.0));
-    let kept = max(radiance, vec3f());
-    if light.adds >= REFINES {
-        add_radiance(pixel, kept);
-        return;
-    }
-    var sum = vec4f(kept, below);
-    if light.adds == ADDS {
-        sum += textureLoad(before, pixel, 0);
-    }
-    textureStore(scattered, pixel, sum);
-}

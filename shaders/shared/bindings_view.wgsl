@@ -6,7 +6,5 @@
 @group(0) @binding(0) var<uniform> view: View;
 // distance at which each view ray ends; r32float; units: m; ENDLESS where it hits nothing
 @group(0) @binding(1) var ray_ends: texture_2d<f32>;
-// radiance of the lights before (rgb) and the optical path so far of a march in several parts (a)
-@group(0) @binding(2) var before: texture_2d<f32>;
 // density of the medium; r32float
 @group(0) @binding(4) var density_grid: texture_3d<f32>;

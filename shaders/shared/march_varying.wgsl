@@ -76,7 +76,7 @@ fn march_varying(pixel: vec2u) -> vec4f {
     }
     var sum = vec4f();
     if light.adds == 1u {
-        sum = textureLoad(before, pixel, 0);
+        sum = so_far(pixel);
     }
     if !(piece.y > piece.x) {
         return sum;

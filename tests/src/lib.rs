@@ -16,6 +16,7 @@ pub mod gold;
 pub mod picture;
 pub mod tessellate;
 pub mod view;
+pub mod workspace;
 
 use std::path::PathBuf;
 

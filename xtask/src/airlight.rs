@@ -6,9 +6,11 @@ use std::time::Instant;
 use glam::DVec3;
 use ground_truth::{Reference, Settings, render_rows};
 use hybrid_march::{
-    BruteForce, FaceBounds, Hybrid, LightMips, LowResolution, Marched, Occluders, ShadowVolume,
+    Adaptive, BruteForce, FaceBounds, Hybrid, LightMips, LowResolution, Marched, Occluders, Sampling,
+    ShadowVolume,
 };
 use lightvolume::{LightVolume, LightVolumes};
+use rayon::prelude::*;
 use scene::{Bvh, BvhVisibility, DRay, Interval, Light, Visibility};
 use shadowmap::{Bias, DepthMap, ExactShadowMap, Filter, MapVisibility, SurfaceVisibility};
 
@@ -63,12 +65,12 @@ impl Stage<'_> {
     pub(crate) fn run(&self, technique: Technique) -> Outcome<Airlight> {
         let started = Instant::now();
         let found = match technique {
-            Technique::Exact => self.exact(self.reference()?),
+            Technique::Exact => self.exact(self.reference()?, technique)?,
             Technique::ExactShadowMap => {
                 let surface = self.options.map.surface.into();
                 let shadows = ExactShadowMap::new(&self.maps.maps, &self.setup.lights, surface, Bias::NONE)
                     .map_err(Failure::program)?;
-                let found = self.exact(self.reference()?.with_shadows(&shadows));
+                let found = self.exact(self.reference()?.with_shadows(&shadows), technique)?;
                 Airlight { pyramid_bytes: shadows.bytes(), ..found }
             }
             Technique::BruteForce => self.brute_force()?,
@@ -95,9 +97,50 @@ impl Stage<'_> {
         })
     }
 
+    /// The airlight of all pixels, from that of those which the options say.
+    fn picture(
+        &self,
+        technique: Technique,
+        pixel: impl Fn(u32, u32, &DRay, f64) -> DVec3 + Sync,
+    ) -> Outcome<Vec<DVec3>> {
+        match technique.sampling(self.options.sampling) {
+            Sampling::Blocks { scale, .. } if scale > 1 => self.blocks(pixel),
+            Sampling::Adaptive(adaptive) => self.adaptive(&adaptive, pixel),
+            Sampling::Pixels | Sampling::Blocks { .. } => Ok(self.rows(pixel)),
+        }
+    }
+
+    /// The airlight of the pixels around which it changes, and from theirs that of the others.
+    fn adaptive(
+        &self,
+        adaptive: &Adaptive,
+        pixel: impl Fn(u32, u32, &DRay, f64) -> DVec3 + Sync,
+    ) -> Outcome<Vec<DVec3>> {
+        let (size, camera, far) = (self.options.size, &self.setup.camera, self.options.max_distance);
+        let ends: Vec<f32> =
+            (0..self.rays.ends.len()).map(|index| self.rays.end(index, far) as f32).collect();
+        let of = |pixels: &[(u32, u32)], pixel: &(dyn Fn(u32, u32, &DRay, f64) -> DVec3 + Sync)| {
+            let at = |&(x, y): &(u32, u32)| {
+                let end = self.rays.end(y as usize * size.0 as usize + x as usize, far);
+                pixel(x, y, &camera.pixel_ray(x, y, size), end)
+            };
+            pixels.par_iter().map(at).collect()
+        };
+        let Setup { medium, lights, model, .. } = self.setup;
+        let samples = self.options.samples.unwrap_or(Technique::BruteForce.default_samples());
+        // in closed form where there is one
+        let open = BruteForce { medium, lights, occluders: None, samples, model: *model };
+        let unlit = |_: u32, _: u32, ray: &DRay, end| open.airlight(ray, end).airlight.as_dvec3();
+        let (picture, _) = adaptive
+            .picture(camera, size, &ends, |pixels| of(pixels, &pixel), |pixels| of(pixels, &unlit))
+            .map_err(Failure::input)?;
+        (self.tick)(size.1.into());
+        Ok(picture)
+    }
+
     /// The same for blocks of pixels in two layers, spread over the pixels by their depth.
     fn blocks(&self, pixel: impl Fn(u32, u32, &DRay, f64) -> DVec3 + Sync) -> Outcome<Vec<DVec3>> {
-        let (size, scale, camera) = (self.options.size, self.options.scattering_scale, &self.setup.camera);
+        let (size, scale, camera) = (self.options.size, self.options.sampling.scale(), &self.setup.camera);
         let low = LowResolution::new(size, scale).map_err(Failure::input)?;
         let far = self.options.max_distance as f32;
         let full: Vec<f32> =
@@ -119,7 +162,7 @@ impl Stage<'_> {
         let low_ends = [&ends[0][..], &ends[1][..]];
         let picture =
             low.upsample(camera, &full, low_ends, [&layers[0], &layers[1]]).map_err(Failure::program)?;
-        if !self.options.anew_at_edges {
+        if !matches!(self.options.sampling, Sampling::Blocks { anew_at_edges: true, .. }) {
             return Ok(picture.into_iter().map(|value| value.as_dvec3()).collect());
         }
         let edges = low.edges(camera, &full, low_ends).map_err(Failure::program)?;
@@ -135,8 +178,9 @@ impl Stage<'_> {
     }
 
     /// Closed forms and quadrature over the pieces that the reference's shadows leave.
-    fn exact(&self, reference: Reference<'_>) -> Airlight {
-        Airlight { radiance: self.rows(|_, _, ray, end| reference.airlight(ray, end)), ..Airlight::default() }
+    fn exact(&self, reference: Reference<'_>, technique: Technique) -> Outcome<Airlight> {
+        let radiance = self.picture(technique, |_, _, ray, end| reference.airlight(ray, end))?;
+        Ok(Airlight { radiance, ..Airlight::default() })
     }
 
     /// What a march asks.
@@ -157,7 +201,7 @@ impl Stage<'_> {
     fn light_volume(&self) -> Outcome<Airlight> {
         let volumes = light_volumes(self)?;
         let shadows = LightVolumes::new(&volumes, &self.setup.lights).map_err(Failure::program)?;
-        let found = self.exact(self.reference()?.with_shadows(&shadows));
+        let found = self.exact(self.reference()?.with_shadows(&shadows), Technique::LightVolume)?;
         let meshes = volumes.iter().flatten();
         let bytes = meshes.clone().map(LightVolume::bytes).sum::<usize>() + shadows.bytes();
         let triangles = meshes.map(|volume| volume.triangles().len() as u64).sum();
@@ -179,7 +223,7 @@ impl Stage<'_> {
             samples: self.options.samples.unwrap_or(Technique::BruteForce.default_samples()),
             model: *model,
         };
-        self.marched(|_, _, ray, end| march.airlight(ray, end))
+        self.marched(Technique::BruteForce, |_, _, ray, end| march.airlight(ray, end))
     }
 
     fn hybrid(&self) -> Outcome<Airlight> {
@@ -191,7 +235,7 @@ impl Stage<'_> {
         let mut bounds = Vec::new();
         if occluders.is_some() {
             let mesh = extruded_mesh(self.setup, options.extruded)?;
-            let tile = options.tile.max(self.options.scattering_scale);
+            let tile = options.tile.max(self.options.sampling.scale());
             for (light, map) in lights.iter().zip(&self.maps.maps) {
                 let volume = ShadowVolume::new(&mesh, light);
                 let margin = if tile > 1 {
@@ -218,7 +262,7 @@ impl Stage<'_> {
         march.mips = &mips;
         march.partial = matches!(options.extruded, Extruded::RestAsTexture(_));
         let (size, forward) = (self.options.size, camera.forward.as_dvec3());
-        self.marched(|x, y, ray, end| {
+        self.marched(Technique::Hybrid, |x, y, ray, end| {
             // the distances of faces belong to the pixel's own ray
             let own = camera.pixel_ray(x, y, size);
             let stretch = own.direction.dot(forward) / ray.direction.dot(forward);
@@ -232,7 +276,11 @@ impl Stage<'_> {
     }
 
     /// The airlight of a march, with its costs.
-    fn marched(&self, march: impl Fn(u32, u32, &DRay, f64) -> Marched + Sync) -> Outcome<Airlight> {
+    fn marched(
+        &self,
+        technique: Technique,
+        march: impl Fn(u32, u32, &DRay, f64) -> Marched + Sync,
+    ) -> Outcome<Airlight> {
         let (samples, rays) = (AtomicU64::new(0), AtomicU64::new(0));
         let pixel = |x, y, ray: &DRay, end| {
             let marched = march(x, y, ray, end);
@@ -240,7 +288,7 @@ impl Stage<'_> {
             rays.fetch_add(marched.rays, Ordering::Relaxed);
             marched.airlight.as_dvec3()
         };
-        let radiance = if self.options.scattering_scale > 1 { self.blocks(pixel)? } else { self.rows(pixel) };
+        let radiance = self.picture(technique, pixel)?;
         let (samples, rays) = (samples.into_inner(), rays.into_inner());
         Ok(Airlight { radiance, samples, rays, ..Airlight::default() })
     }

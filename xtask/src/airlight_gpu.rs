@@ -6,7 +6,7 @@ use std::time::Instant;
 use glam::{DVec3, Vec3};
 use gpu_backend::{
     Faces, Fog, FogDescriptor, Frame, GpuBvh, GpuContext, Lamp, LightMesh, LightPicture, Lookup, MAX_LIGHTS,
-    PassTime, ReadError, SceneDepth, ShadowCasters, ShadowMap, ShadowVolume, Shadows, View,
+    PassTime, ReadError, Sampling, SceneDepth, ShadowCasters, ShadowMap, ShadowVolume, Shadows, View,
 };
 use scene::{AirlightModel, Light, WideBvh};
 use shadowmap::Bias;
@@ -54,7 +54,7 @@ pub(crate) struct GpuFrame<'a> {
     fog: Fog,
     stage: &'a Stage<'a>,
     technique: gpu_backend::Technique,
-    scale: u32,
+    sampling: Sampling,
     maps: Vec<Option<ShadowMap>>,
     bvh: Option<GpuBvh>,
     /// Of each light, for techniques that use them.
@@ -82,7 +82,7 @@ impl<'a> GpuFrame<'a> {
             MapSurface::Linear => Lookup::LinearSurface,
         };
         let samples = options.samples.unwrap_or(technique.default_samples());
-        let scale = if technique.takes_scale() { options.scattering_scale } else { 1 };
+        let sampling = technique.sampling(options.sampling);
         let hybrid = technique == Technique::Hybrid;
         let bvh_diagonal = stage.bvh.bounds().diagonal();
         let technique = match technique {
@@ -120,7 +120,7 @@ impl<'a> GpuFrame<'a> {
         };
         let volumes = if casts && hybrid { volumes(gpu, stage)? } else { Vec::new() };
         let fog = Fog::new(&gpu.device, &FogDescriptor::default()).map_err(Failure::program)?;
-        let mut frame = Self { gpu, fog, stage, technique, scale, maps, bvh, volumes, casts };
+        let mut frame = Self { gpu, fog, stage, technique, sampling, maps, bvh, volumes, casts };
         frame.prepare()?;
         Ok(frame)
     }
@@ -152,8 +152,7 @@ impl<'a> GpuFrame<'a> {
             lamps: &lamps,
             model: setup.model,
             technique: self.technique,
-            scattering_scale: self.scale,
-            anew_at_edges: self.stage.options.anew_at_edges,
+            sampling: self.sampling,
         };
         self.fog.prepare(&self.gpu.device, &self.gpu.queue, &frame).map_err(Failure::input)
     }
@@ -189,6 +188,25 @@ impl<'a> GpuFrame<'a> {
     /// What the frame consists of.
     pub(crate) fn stats(&self) -> &gpu_backend::FrameStats {
         self.fog.stats()
+    }
+
+    /// View rays that were traced in the last frame.
+    fn traced_rays(&self) -> Outcome<u64> {
+        self.fog.read_traced_rays(&self.gpu.device, &self.gpu.queue, 0).map_err(Failure::program)
+    }
+
+    /// Steps of marches, at most: those of adaptively sampled rays are counted once they are traced.
+    fn samples(&self) -> Outcome<u64> {
+        let samples = self.stats().samples;
+        let Sampling::Adaptive(_) = self.sampling else { return Ok(samples) };
+        let (width, height) = self.stage.options.size;
+        let steps = match self.technique {
+            gpu_backend::Technique::BruteForce { samples, .. } => samples,
+            gpu_backend::Technique::Hybrid(hybrid) => hybrid.samples,
+            _ => 0,
+        };
+        let whole = u64::from(steps) * self.stage.setup.lights.len() as u64;
+        Ok(whole * self.traced_rays()?.min(u64::from(width) * u64::from(height)))
     }
 
     /// Triangles that the last frame made of the lights: two for each edge of a silhouette, or the surfaces of light
@@ -313,11 +331,12 @@ pub(crate) fn run(gpu: &GpuContext, stage: &Stage<'_>, technique: Technique) -> 
     let times = frame.render(true)?;
     (stage.tick)(u64::from(stage.options.size.1));
     let radiance = frame.read()?;
+    let samples = frame.samples()?;
     Ok(Airlight {
         radiance: radiance.into_iter().map(|pixel| Vec3::from(pixel).as_dvec3()).collect::<Vec<DVec3>>(),
         ms: times.ms,
-        samples: frame.stats().samples,
-        rays: if frame.bvh.is_some() { frame.stats().samples } else { 0 },
+        samples,
+        rays: if frame.bvh.is_some() { samples } else { 0 },
         pyramid_bytes: frame.pyramid_bytes() as usize,
         mesh_triangles: frame.mesh_triangles()?,
         froxels: None,

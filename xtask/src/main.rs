@@ -25,6 +25,7 @@ mod render;
 mod report;
 mod repro;
 mod scene_args;
+mod scenes;
 mod setups;
 mod stained_glass;
 mod surfaces;
@@ -52,6 +53,7 @@ enum Command {
     Eval(eval::EvalArgs),
     Render(Box<render::RenderArgs>),
     Repro(repro::ReproArgs),
+    Scenes(scenes::ScenesArgs),
     Test(cargo::TestArgs),
 }
 
@@ -63,6 +65,7 @@ fn run(command: &Command) -> Outcome {
         Command::Eval(args) => eval::run(args),
         Command::Render(args) => render::run(args),
         Command::Repro(args) => repro::run(args),
+        Command::Scenes(args) => scenes::run(args),
         Command::Test(args) => cargo::test(args),
     }
 }

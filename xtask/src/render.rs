@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use gpu_backend::GpuContext;
+use hybrid_march::Sampling;
 use lightvolume::Criterion;
 use scene::Bvh;
 use serde_json::{Value, json};
@@ -411,12 +412,9 @@ impl RenderArgs {
             max_distance: self.max_distance.unwrap_or(defaults.max_distance),
             samples: self.quality.samples,
             // clap allows 1, 2 and 4 alone
-            scattering_scale: self
-                .quality
-                .scattering_scale
-                .as_deref()
-                .and_then(|s| s.parse().ok())
-                .unwrap_or(1),
+            sampling: Sampling::blocks(
+                self.quality.scattering_scale.as_deref().and_then(|s| s.parse().ok()).unwrap_or(1),
+            ),
             visibility: self.visibility.unwrap_or(if on_gpu {
                 VisibilitySource::Map
             } else {

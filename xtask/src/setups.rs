@@ -28,13 +28,15 @@ pub(crate) struct Entry {
     pub(crate) quick: bool,
     /// What Wyman and Ramsey measured.
     pub(crate) wyman: Option<Wyman>,
-    file: Option<String>,
+    /// Name in the scenes folder.
+    pub(crate) file: Option<String>,
     view: Option<f32>,
     camera: Option<CameraEntry>,
     point_light: Option<PointEntry>,
     spot_light: Option<SpotEntry>,
     directional_light: Option<DirectionalEntry>,
-    stand_in: Option<String>,
+    /// The generated scene that is run without the file.
+    pub(crate) stand_in: Option<String>,
     stand_in_view: Option<f32>,
     stand_in_spot_light: Option<SpotEntry>,
     stand_in_directional_light: Option<DirectionalEntry>,
@@ -211,6 +213,11 @@ impl Setups {
                 Some(Source { name, entry: entry.clone(), is_stand_in: true })
             })
             .collect()
+    }
+
+    /// What the file says of every scene.
+    pub(crate) fn entries(&self) -> &[Entry] {
+        &self.entries
     }
 
     /// Names of the media and the optical depth of the view in each.

@@ -4,7 +4,7 @@ use clap::ValueEnum;
 use froxel_grid::{FroxelError, MAX_LIGHTS};
 use gpu_backend::AirlightForm;
 use ground_truth::Reference;
-use hybrid_march::{Hybrid, Placement};
+use hybrid_march::{Hybrid, Placement, Sampling};
 use lightvolume::{Criterion, LightVolumeError, SignedAirlight};
 use scene::{AirlightModel, Light, Refusal};
 
@@ -75,6 +75,20 @@ impl Technique {
     /// Whether its airlight can be computed for blocks of pixels.
     pub(crate) fn takes_scale(self) -> bool {
         matches!(self, Self::BruteForce | Self::Hybrid)
+    }
+
+    /// Whether it can leave out view rays of its own choice.
+    pub(crate) fn takes_adaptive(self) -> bool {
+        !self.has_froxels() && self != Self::LightVolume
+    }
+
+    /// What it makes of a way to sample: all pixels where it cannot take it.
+    pub(crate) fn sampling(self, wanted: Sampling) -> Sampling {
+        match wanted {
+            Sampling::Blocks { .. } if !self.takes_scale() => Sampling::Pixels,
+            Sampling::Adaptive(_) if !self.takes_adaptive() => Sampling::Pixels,
+            other => other,
+        }
     }
 
     /// Whether it has a use for a flag of `render`; `visibility` is what a march asks.
@@ -237,10 +251,8 @@ pub(crate) struct Options {
     pub(crate) max_distance: f64,
     /// Steps along a ray for each light, for techniques that march; their own number without.
     pub(crate) samples: Option<u32>,
-    /// Pixels along the side of the blocks for which airlight is computed.
-    pub(crate) scattering_scale: u32,
-    /// Whether pixels at depth edges are computed anew there.
-    pub(crate) anew_at_edges: bool,
+    /// For which view rays airlight is computed, by techniques that take one by one.
+    pub(crate) sampling: Sampling,
     /// How the hybrid finds and refines its bounds.
     pub(crate) hybrid: HybridOptions,
     /// How the surface of a light volume is divided.
@@ -266,8 +278,7 @@ impl Options {
             shadows_in_medium: true,
             max_distance: f64::INFINITY,
             samples: None,
-            scattering_scale: 1,
-            anew_at_edges: false,
+            sampling: Sampling::Pixels,
             hybrid: HybridOptions::default(),
             tessellation: Tessellation::default(),
             kept: None,

@@ -12,41 +12,30 @@
 //! use glam::Vec3;
 //! use scene::{Aabb, AirlightModel, Camera, Light, LightId, Medium, PointLight, Visibility};
 //!
-//! /// A square of 2 m at y = 2, below a lamp.
+//! /// A square of 2 m at y = 2, below a lamp at y = 4.
 //! struct Square;
 //! impl Visibility for Square {
 //!     fn visibility(&self, point: Vec3, _light: LightId) -> f32 {
-//!         // where the way to the lamp at (0, 4, 0) passes y = 2
 //!         let through = point * 2.0 / (4.0 - point.y);
-//!         if point.y < 2.0 && through.x.abs() < 1.0 && through.z.abs() < 1.0 { 0.0 } else { 1.0 }
+//!         f32::from(point.y >= 2.0 || through.x.abs() >= 1.0 || through.z.abs() >= 1.0)
 //!     }
 //! }
-//!
+//! let bounds = Aabb { min: Vec3::new(-1.0, 2.0, -1.0), max: Vec3::new(1.0, 2.0, 1.0) };
+//! let occluders = Some(Occluders { visibility: &Square, bounds });
 //! let lights = [Light::Point(PointLight::new(Vec3::new(0.0, 4.0, 0.0), Vec3::splat(10.0))?)];
 //! let medium = Medium::homogeneous([0.1; 3], [0.0; 3])?;
-//! let bounds = Aabb { min: Vec3::new(-1.0, 2.0, -1.0), max: Vec3::new(1.0, 2.0, 1.0) };
-//!
 //! // two viewers side by side, whose view rays hit nothing
 //! let camera = |x| Camera::look_at(Vec3::new(x, 1.0, 6.0), Vec3::Y, Vec3::Y, 0.9);
 //! let (left, right, ends) = (camera(-0.1)?, camera(0.1)?, [f32::INFINITY; 64 * 64]);
 //! let views = [&left, &right].map(|camera| View { camera, size: (64, 64), ends: &ends });
-//! let frame = Frame {
-//!     views: &views,
-//!     medium: &medium,
-//!     lights: &lights,
-//!     model: AirlightModel::Sun,
-//!     occluders: Some(Occluders { visibility: &Square, bounds }),
-//! };
+//! let frame = Frame { views: &views, medium: &medium, lights: &lights, model: AirlightModel::Sun, occluders };
 //!
 //! let froxels = Froxels { tile: 4, slices: 64, ..Froxels::new(12.0) };
 //! let reference = FroxelFog::new(froxels)?.render(&frame)?;
 //! let shared = FroxelFog::new(froxels.with_grid(SharedGrid::marked(0.1)))?.render(&frame)?;
-//!
-//! // the same picture, but for the size of a voxel
-//! let middle = 32 * 64 + 32;
-//! let (a, b) = (reference.airlight[0][middle].x, shared.airlight[0][middle].x);
+//! // the same picture but for the size of a voxel, with far fewer shadow rays
+//! let [a, b] = [&reference, &shared].map(|fog| fog.airlight[0][32 * 64 + 32].x);
 //! assert!(a > 0.0 && (a / b - 1.0).abs() < 0.05);
-//! // with far fewer shadow rays
 //! assert!(3 * shared.counts.rays() < reference.counts.rays());
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

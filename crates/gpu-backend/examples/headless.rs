@@ -2,8 +2,8 @@
 
 use glam::Vec3;
 use gpu_backend::{
-    DepthDrawer, DrawnDepth, DrawnMap, Fog, FogDescriptor, Frame, GpuContext, Lamp, Shadows, Technique,
-    Triangles, View,
+    DepthDrawer, DrawnDepth, DrawnMap, Fog, FogDescriptor, Frame, GpuContext, Lamp, Sampling, Shadows,
+    Technique, Triangles, View,
 };
 use scene::{AirlightModel, DirectionalLight, Light, Medium, procedural};
 use shadowmap::{Bias, MapSurface, Projection};
@@ -36,8 +36,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         lamps: &[Lamp { light, shadows: Some(Shadows::Map { map: map.map(), casters }), volume: None }],
         model: AirlightModel::Sun,
         technique: Technique::ExactShadowMap { surface: MapSurface::Step },
-        scattering_scale: 1,
-        anew_at_edges: false,
+        sampling: Sampling::Pixels,
     };
     fog.prepare(&gpu.device, &gpu.queue, &frame)?;
     fog.encode(&mut encoder);

@@ -109,6 +109,29 @@ pub(crate) fn read_buffer<T: bytemuck::Pod>(
     Ok(values)
 }
 
+pub(crate) fn read_words(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    from: &wgpu::Buffer,
+    what: &'static str,
+) -> Result<Vec<u32>, ReadError> {
+    let readback = caught(device, || {
+        let readback = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("words readback"),
+            size: from.size(),
+            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let mut encoder =
+            device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("words readback") });
+        encoder.copy_buffer_to_buffer(from, 0, &readback, 0, from.size());
+        queue.submit([encoder.finish()]);
+        readback
+    })
+    .map_err(|reason| ReadError::Device { what, reason })?;
+    read_buffer(device, &readback, from.size(), what)
+}
+
 /// [`PrepareError::TooLarge`] if a buffer of `needed` bytes is more than the device allows.
 pub(crate) fn check_buffer(
     device: &wgpu::Device,

@@ -166,6 +166,9 @@ pub enum PrepareError {
         /// Most of them.
         most: u32,
     },
+    /// Settings of adaptive sampling without meaning.
+    #[error(transparent)]
+    Sampling(#[from] hybrid_march::AdaptiveError),
     /// A mesh whose edges cannot be told.
     #[error("the casters: {0}")]
     Mesh(String),

@@ -198,7 +198,18 @@ pub(crate) fn compute_pipeline(
     constants: &[(&str, f64)],
 ) -> Result<wgpu::ComputePipeline, CreateError> {
     let layouts: Vec<_> = layouts.iter().map(|&layout| Some(layout)).collect();
-    pipeline(device, pass, Some(&layouts), constants)
+    pipeline(device, pass, shader::assemble(pass)?, Some(&layouts), constants)
+}
+
+/// The same of a scattering pass over the pixels of a list.
+pub(crate) fn listed_pipeline(
+    device: &wgpu::Device,
+    pass: &str,
+    layouts: &[&wgpu::BindGroupLayout],
+    constants: &[(&str, f64)],
+) -> Result<wgpu::ComputePipeline, CreateError> {
+    let layouts: Vec<_> = layouts.iter().map(|&layout| Some(layout)).collect();
+    pipeline(device, pass, shader::assemble_listed(pass)?, Some(&layouts), constants)
 }
 
 /// A compute pipeline with the bind groups that its shader declares.
@@ -206,16 +217,16 @@ pub(crate) fn probe_pipeline(
     device: &wgpu::Device,
     pass: &str,
 ) -> Result<wgpu::ComputePipeline, CreateError> {
-    pipeline(device, pass, None, &[])
+    pipeline(device, pass, shader::assemble(pass)?, None, &[])
 }
 
 fn pipeline(
     device: &wgpu::Device,
     pass: &str,
+    source: String,
     layouts: Option<&[Option<&wgpu::BindGroupLayout>]>,
     constants: &[(&str, f64)],
 ) -> Result<wgpu::ComputePipeline, CreateError> {
-    let source = shader::assemble(pass)?;
     created(device, pass, || {
         let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some(pass),

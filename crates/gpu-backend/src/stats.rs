@@ -6,7 +6,9 @@
 pub struct FrameStats {
     /// Every pass in order, by name.
     pub passes: Vec<String>,
-    /// Steps of marches over all pixels and lights, at most: a ray outside a light's reach takes none.
+    /// Steps of marches over all pixels and lights, at most: a ray outside a light's reach takes none. Of a view that is
+    /// sampled adaptively those of its first rays; how many more follow is found on the GPU
+    /// ([`Fog::read_traced_rays`](crate::Fog::read_traced_rays)).
     pub samples: u64,
     /// Shadow rays of marches, at most: one a step.
     pub rays: u64,

@@ -10,8 +10,8 @@ mod common;
 use common::{Stage, compare, fog, gpu, gpus, read_floats, render, upload};
 use glam::{DVec2, DVec3, Vec3};
 use gpu_backend::{
-    DepthDrawer, DrawnDepth, DrawnMap, Frame, GpuContext, Lamp, SceneDepth, Shadows, Technique, Triangles,
-    View,
+    DepthDrawer, DrawnDepth, DrawnMap, Frame, GpuContext, Lamp, Sampling, SceneDepth, Shadows, Technique,
+    Triangles, View,
 };
 use scene::AirlightModel;
 use shadowmap::{Bias, DepthEncoding, DepthMap, MapSurface, Projection, ProjectionKind};
@@ -238,8 +238,7 @@ fn what_stands_still_is_drawn_converted_and_refined_once() {
             lamps: &lamps,
             model: AirlightModel::Sun,
             technique,
-            scattering_scale: 1,
-            anew_at_edges: false,
+            sampling: Sampling::Pixels,
         };
         let picture = render(&gpu, fog, &frame);
         let count = |name: &str| fog.stats().passes.iter().filter(|pass| pass.contains(name)).count();

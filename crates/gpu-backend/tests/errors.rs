@@ -13,7 +13,7 @@ use glam::{DVec2, DVec3, Vec3};
 use gpu_backend::{
     AirlightProbe, CompositeTarget, CreateError, DepthDrawer, DrawnDepth, DrawnMap, Fog, FogDescriptor,
     Frame, GpuBvh, GpuContext, HostDepth, Lamp, Lookup, OcclusionProbe, PrepareError, Problem, ReadError,
-    SceneDepth, ShadowMap, ShadowRay, Shadows, Technique, Triangles, View, wgpu,
+    Sampling, SceneDepth, ShadowMap, ShadowRay, Shadows, Technique, Triangles, View, wgpu,
 };
 use scene::{AirlightModel, Camera, Density, Light, Medium, PointLight, WideBvh};
 use shadowmap::{Bias, DepthMap, DepthOrder, MapSurface, Projection, ShadowMapError, VarianceMap};
@@ -75,8 +75,7 @@ impl Parts<'_> {
             lamps: &lamps,
             model: self.model,
             technique: self.technique,
-            scattering_scale: 1,
-            anew_at_edges: false,
+            sampling: Sampling::Pixels,
         })
     }
 

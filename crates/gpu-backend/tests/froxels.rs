@@ -9,7 +9,9 @@ use froxel_grid::{
     SharedGrid, Temporal, Update,
 };
 use glam::{Quat, UVec3, Vec3};
-use gpu_backend::{Fog, Frame, GpuBvh, GpuContext, Lamp, PrepareError, SceneDepth, Shadows, Technique, View};
+use gpu_backend::{
+    Fog, Frame, GpuBvh, GpuContext, Lamp, PrepareError, Sampling, SceneDepth, Shadows, Technique, View,
+};
 use scene::{
     Aabb, AirlightModel, Bvh, Camera, Density, DensityGrid, DirectionalLight, Light, LightId, Material,
     Medium, Mesh, PointLight, Scene, Visibility, WideBvh,
@@ -107,8 +109,7 @@ impl Show {
             lamps: &lamps,
             model: AirlightModel::Sun,
             technique: Technique::Froxels(froxels),
-            scattering_scale: 1,
-            anew_at_edges: false,
+            sampling: Sampling::Pixels,
         };
         common::render(gpu, fog, &frame);
         let read = |view| fog.read_airlight(&gpu.device, &gpu.queue, view).unwrap();
@@ -431,8 +432,7 @@ fn attempt(show: &Show, gpu: &GpuContext, froxels: Froxels) -> Result<(), Prepar
         lamps: &lamps,
         model: AirlightModel::Sun,
         technique: Technique::Froxels(froxels),
-        scattering_scale: 1,
-        anew_at_edges: false,
+        sampling: Sampling::Pixels,
     };
     fog(gpu).prepare(&gpu.device, &gpu.queue, &frame)
 }

@@ -10,8 +10,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use common::{Stage, compare, gpu, read_texture, upload};
 use glam::{DMat4, DVec2, Vec3};
 use gpu_backend::{
-    CompositeTarget, Fog, FogDescriptor, Frame, HostDepth, Lamp, Lookup, SceneDepth, ShadowMap, Shadows,
-    Technique, View, wgpu,
+    CompositeTarget, Fog, FogDescriptor, Frame, HostDepth, Lamp, Lookup, Sampling, SceneDepth, ShadowMap,
+    Shadows, Technique, View, wgpu,
 };
 use scene::{AirlightModel, Camera, Density, Interval, Light, Medium, Mesh};
 use shadowmap::{Bias, DepthOrder, Face, MapSurface, Projection};
@@ -320,8 +320,7 @@ fn surfaces_are_attenuated_and_airlight_is_added() {
                 lamps: &lamps,
                 model: AirlightModel::Sun,
                 technique,
-                scattering_scale: 1,
-                anew_at_edges: false,
+                sampling: Sampling::Pixels,
             };
             map.touch();
             fog.prepare(&host.device, &host.queue, &frame).unwrap();
@@ -444,8 +443,7 @@ fn frames_may_be_encoded_before_others_are_submitted() {
         lamps: &lamps,
         model: AirlightModel::Sun,
         technique: Technique::ExactShadowMap { surface: MapSurface::Step },
-        scattering_scale: 1,
-        anew_at_edges: false,
+        sampling: Sampling::Pixels,
     };
     let mut commands = Vec::new();
     for _ in 0..3 {

@@ -17,7 +17,7 @@ use common::{Stage, compare, fog, gpu, gpus, render, upload};
 use glam::Vec3;
 use gpu_backend::{
     AirlightForm, Faces, Fog, Frame, GpuBvh, GpuContext, Hybrid, Lamp, LightPicture, Lookup, Placement,
-    PrepareError, SceneDepth, ShadowCasters, ShadowMap, ShadowVolume, Shadows, Technique, View,
+    PrepareError, Sampling, SceneDepth, ShadowCasters, ShadowMap, ShadowVolume, Shadows, Technique, View,
 };
 use hybrid_march::{Adjacency, FaceBounds, LightMips, LowResolution, Occluders, Silhouette};
 use scene::{
@@ -73,8 +73,7 @@ impl<'a> Case<'a> {
             lamps: &[Lamp { light: self.light, shadows: Some(shadows), volume: Some(volume) }],
             model: self.model,
             technique: Technique::Hybrid(self.hybrid),
-            scattering_scale: self.scale,
-            anew_at_edges: true,
+            sampling: Sampling::Blocks { scale: self.scale, anew_at_edges: true },
         };
         render(gpu, fog, &frame)
     }
@@ -336,8 +335,7 @@ fn lower_resolutions_agree() {
                 lamps: &[Lamp { light: &light, shadows: None, volume: None }],
                 model: AirlightModel::Sun,
                 technique: Technique::Hybrid(case.hybrid),
-                scattering_scale: scale,
-                anew_at_edges: true,
+                sampling: Sampling::Blocks { scale, anew_at_edges: true },
             };
             let got = render(&gpu, &mut fog(&gpu), &frame);
             let want = case.on_cpu(&scene::Unoccluded, 0.0);
@@ -405,8 +403,7 @@ fn what_is_missing_is_said() {
             lamps: &[Lamp { light: &lights[0], shadows, volume: None }],
             model,
             technique: Technique::Hybrid(hybrid),
-            scattering_scale: scale,
-            anew_at_edges: true,
+            sampling: Sampling::Blocks { scale, anew_at_edges: true },
         };
         fog.prepare(&gpu.device, &gpu.queue, &frame).unwrap_err()
     };

@@ -6,8 +6,8 @@ mod common;
 use common::{Stage, compare, fog, gpu, gpus, render, upload};
 use glam::Vec3;
 use gpu_backend::{
-    Criterion, DEFAULT_MOST_LEAVES, Fog, Frame, Lamp, LightMesh, SceneDepth, ShadowMap, Shadows, Technique,
-    Tessellation, View,
+    Criterion, DEFAULT_MOST_LEAVES, Fog, Frame, Lamp, LightMesh, Sampling, SceneDepth, ShadowMap, Shadows,
+    Technique, Tessellation, View,
 };
 use lightvolume::{LightVolume, LightVolumes, Options};
 use media_math::PhaseFunction;
@@ -310,14 +310,13 @@ fn lights_add_up_in_a_coloured_medium_that_scatters_forwards() {
                 lamps: &lamps,
                 model: AirlightModel::Sun,
                 technique: adaptive(1e-3, kept),
-                scattering_scale: 1,
-                anew_at_edges: false,
+                sampling: Sampling::Pixels,
             };
             let (error, p99) = compare(&render(&gpu, &mut fog, &frame), &wanted);
             println!("{kept:?}: {error:.1e} {p99:.1e}");
             assert!(error <= 1e-4, "{kept:?}: {error:.1e}");
             // for blocks of pixels it is the same filter as for any technique
-            let coarse = Frame { scattering_scale: 2, ..frame };
+            let coarse = Frame { sampling: Sampling::blocks(2), ..frame };
             let (error, _) = compare(&render(&gpu, &mut fog, &coarse), &wanted);
             assert!(error <= 0.05, "blocks: {error:.1e}");
         }
@@ -346,8 +345,7 @@ fn what_a_light_volume_cannot_take_is_named() {
             lamps: &lamps,
             model: AirlightModel::Sun,
             technique: volume(tessellation, None),
-            scattering_scale: 1,
-            anew_at_edges: false,
+            sampling: Sampling::Pixels,
         };
         fog.prepare(&gpu.device, &gpu.queue, &frame).err().map(|error| error.to_string())
     };

@@ -5,7 +5,7 @@
 mod common;
 
 use common::{Stage, fog, gpu, upload};
-use gpu_backend::{Frame, Lamp, SceneDepth, Shadows, Technique, View, wgpu};
+use gpu_backend::{Frame, Lamp, Sampling, SceneDepth, Shadows, Technique, View, wgpu};
 use scene::AirlightModel;
 use shadowmap::MapSurface;
 
@@ -36,8 +36,7 @@ fn memory_does_not_grow() {
                 lamps: &[Lamp { light: &light, shadows, volume: None }],
                 model: AirlightModel::Sun,
                 technique: Technique::ExactShadowMap { surface: MapSurface::Step },
-                scattering_scale: 1,
-                anew_at_edges: false,
+                sampling: Sampling::Pixels,
             };
             map.touch();
             fog.prepare(&gpu.device, &gpu.queue, &frame).unwrap();

@@ -10,21 +10,24 @@
 //! [`Reference::with_shadows`].
 //!
 //! ```
+//! use glam::{DVec3, Vec3};
 //! use ground_truth::{Reference, Settings};
-//! use scene::{Bvh, Camera, Medium, Light, PointLight, Scene};
-//! use glam::Vec3;
+//! use scene::{Bvh, DRay, Light, Material, Medium, Mesh, PointLight, Scene};
 //!
-//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! let scene = Scene::default(); // no occluder: everything is lit
+//! // a square of 2 m at y = 2, below a lamp at y = 4
+//! let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[x, z]| Vec3::new(x, 2.0, z));
+//! let square = Mesh::new(corners.to_vec(), vec![[0, 1, 2], [0, 2, 3]], 0)?;
+//! let scene = Scene { meshes: vec![square], materials: vec![Material::default()], ..Scene::default() };
 //! let bvh = Bvh::build(&scene)?;
+//! let lights = [Light::Point(PointLight::new(Vec3::new(0.0, 4.0, 0.0), Vec3::splat(10.0))?)];
 //! let medium = Medium::homogeneous([0.1; 3], [0.0; 3])?;
-//! let lights = [Light::Point(PointLight::new(Vec3::new(0.0, 1.0, -3.0), Vec3::splat(50.0))?)];
-//! let camera = Camera::look_at(Vec3::ZERO, Vec3::NEG_Z, Vec3::Y, 0.8)?;
 //! let reference = Reference::new(&scene.materials, &bvh, &medium, &lights, Settings::default())?;
-//! let picture = reference.render(&camera, (8, 8), &|_| ());
-//! assert!(picture.iter().all(|pixel| pixel[0] > 0.0));
-//! # Ok(())
-//! # }
+//!
+//! // a view ray along X at y = 0, in shadow from x = −2 to x = 2: light from −9 to −2 and from 2 to 11
+//! let ray = DRay { origin: DVec3::new(-9.0, 0.0, 0.0), direction: DVec3::X };
+//! let airlight = reference.airlight(&ray, 20.0);
+//! assert!((airlight.x - 0.0068097875).abs() < 1e-9);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
 mod airlight;

@@ -31,8 +31,8 @@
 //! let mut lit = Vec::new();
 //! shadows.lit_intervals(&ray, Interval::new(0.0, 12.0), LightId(0), &mut lit);
 //! assert_eq!(lit.len(), 2);
-//! # let half = 0.5 * (lit[1].start - lit[0].end);
-//! # assert!((half - 5.0 / 8_f64.sqrt()).abs() < 0.05, "{half}");
+//! let half = 0.5 * (lit[1].start - lit[0].end);
+//! assert!((half - 5.0 / 8_f64.sqrt()).abs() < 0.05, "half of the shadow is {half} m long");
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!

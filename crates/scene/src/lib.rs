@@ -10,15 +10,22 @@
 //!
 //! ```
 //! use glam::Vec3;
-//! use scene::{Camera, Light, Medium, PointLight};
+//! use scene::{Bvh, Camera, Interval, Medium, procedural};
 //!
-//! let camera = Camera::look_at(Vec3::new(0.0, 1.0, 4.0), Vec3::ZERO, Vec3::Y, 45_f32.to_radians())?;
-//! let lamp = Light::Point(PointLight::new(Vec3::new(1.0, 3.0, 0.0), Vec3::splat(60.0))?);
-//! let fog = Medium::homogeneous([0.05; 3], [0.01; 3])?;
+//! // a ball of 1 m on the ground, seen from 4 m
+//! let ball = procedural::generate("sphere")?;
+//! let camera = Camera::look_at(Vec3::new(0.0, 1.0, 4.0), Vec3::Y, Vec3::Y, 45_f32.to_radians())?;
 //! let ray = camera.pixel_ray(256, 256, (512, 512));
-//! assert!(ray.direction.z < 0.0 && fog.is_homogeneous());
-//! # let _ = lamp;
-//! # Ok::<(), scene::SceneError>(())
+//! let bvh = Bvh::build(&ball)?;
+//! let hit = bvh.closest_hit(&ray, f64::INFINITY).ok_or("the ball is in the middle")?;
+//! assert!((hit.distance - 3.0).abs() < 1e-3);
+//!
+//! // what is left of its light when it arrives through haze of 2 % a metre
+//! let haze = Medium::homogeneous([0.015; 3], [0.005; 3])?;
+//! let path = haze.optical_path(&ray, Interval::new(0.0, hit.distance));
+//! let transmittance = (-f64::from(haze.coefficients.sigma_t()[0]) * path).exp();
+//! assert!((transmittance - 0.9418).abs() < 1e-4);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
 //! # Conventions

@@ -5,6 +5,7 @@ use crate::airlight::{Airlight, Stage};
 use crate::failure::Outcome;
 use crate::technique::{Options, Technique};
 use crate::view_rays::ViewRays;
+use hybrid_march::Sampling;
 
 /// Pictures have so many times fewer pixels a side.
 const SMALLER: u32 = 4;
@@ -63,11 +64,11 @@ pub(super) fn for_lit_pixels(arena: &Arena, measured: &mut [Measured]) -> Outcom
         larger * run(arena, &Setting::new("", Technique::BruteForce, arena.base), &one)?.samples as f64;
     for measured in measured {
         let whole = &measured.setting.options;
-        let mut options = Options { size: smaller(whole.size), scattering_scale: 1, ..*whole };
+        let mut options = Options { size: smaller(whole.size), sampling: Sampling::Pixels, ..*whole };
         options.hybrid.tile = whole.hybrid.tile.div_ceil(SMALLER);
         let marched = run(arena, &measured.setting, &options)?;
         // two layers for each block
-        let scale = whole.scattering_scale;
+        let scale = whole.sampling.scale();
         let share = if scale > 1 { 2.0 / f64::from(scale * scale) } else { 1.0 };
         let by_pixel = |count: u64| share * larger * count as f64 / pixels.max(1.0);
         let (steps, lookups) = (by_pixel(marched.samples), by_pixel(marched.rays));

@@ -157,7 +157,7 @@ impl Measured {
         }
         if technique.takes_scale() {
             param("samples", self.samples().into());
-            param("scattering_scale", options.scattering_scale.into());
+            param("scattering_scale", options.sampling.scale().into());
         }
         if *technique == Technique::Hybrid {
             param("tile", options.hybrid.tile.into());

@@ -1,5 +1,6 @@
 //! `wyman-fig1`: the teaser, surfaces and all, by the hybrid at quarter resolution and at full.
 
+use hybrid_march::Sampling;
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
@@ -138,8 +139,9 @@ struct Done {
 
 fn measure(context: &Context, scene: &Scene, mut arena: Arena) -> Outcome<Done> {
     let base = arena.base;
-    let hybrid =
-        |name, scale| Setting::new(name, Technique::Hybrid, Options { scattering_scale: scale, ..base });
+    let hybrid = |name, scale| {
+        Setting::new(name, Technique::Hybrid, Options { sampling: Sampling::blocks(scale), ..base })
+    };
     let brute = Setting::new(BRUTE, Technique::BruteForce, Options { samples: Some(150), ..base });
     let settings = [hybrid(QUARTER, 4), hybrid(FULL, 1), brute];
     let mut taken = arena.measure(context.gpu.as_ref(), &settings)?;

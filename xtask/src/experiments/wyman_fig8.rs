@@ -1,6 +1,7 @@
 //! `wyman-fig8`: the hybrid against ground truth, for a point light in Sun's model and for stained glass in Hoffman and
 //! Preetham's, at full and at a quarter of the resolution.
 
+use hybrid_march::Sampling;
 use scene::AirlightModel;
 
 use super::counts::LIT_NOTE;
@@ -84,8 +85,8 @@ fn lit_by(
 
 /// The hybrid at both resolutions, and the march that the paper's ray tracer was.
 fn settings(base: Options) -> [Setting; 3] {
-    let hybrid = |name: &str, scattering_scale| {
-        Setting::new(name, Technique::Hybrid, Options { scattering_scale, ..base })
+    let hybrid = |name: &str, scale| {
+        Setting::new(name, Technique::Hybrid, Options { sampling: Sampling::blocks(scale), ..base })
     };
     let march = Options { samples: Some(RAY_TRACER), ..base };
     [

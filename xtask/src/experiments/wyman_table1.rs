@@ -3,6 +3,7 @@
 //! For every scene and light the table's settings and a sweep of sample counts take turns. All of them read the same
 //! shadow map, and all times have everything in them that a frame with a moving light needs.
 
+use hybrid_march::Sampling;
 use std::sync::Arc;
 
 use gpu_backend::AirlightForm;
@@ -194,12 +195,12 @@ impl Case {
     /// by their way.
     fn curve(&self, way: Option<Way>) -> Vec<(&Measured, f64)> {
         let belongs = |setting: &Setting| {
-            let Options { scattering_scale, shadows_in_medium, hybrid, .. } = setting.options;
+            let Options { sampling, shadows_in_medium, hybrid, .. } = setting.options;
             let same = match way {
                 None => setting.technique == Technique::BruteForce && shadows_in_medium,
                 Some(way) => setting.technique == Technique::Hybrid && hybrid == way.options(),
             };
-            same && scattering_scale == 1
+            same && sampling == Sampling::Pixels
         };
         let mut curve: Vec<_> = self
             .results
@@ -320,7 +321,7 @@ fn give_glass(setup: &mut Setup) {
 /// The table's columns, and the sweep where a light has one.
 fn settings(base: Options, plan: &Plan, light: &str) -> Vec<Setting> {
     let textured = light == TEXTURED;
-    let at = |samples, scattering_scale| Options { samples: Some(samples), scattering_scale, ..base };
+    let at = |samples, scale| Options { samples: Some(samples), sampling: Sampling::blocks(scale), ..base };
     let brute = |samples: u32, scale: u32| {
         Setting::new(brute_name(samples, scale), Technique::BruteForce, at(samples, scale))
     };
@@ -337,7 +338,7 @@ fn settings(base: Options, plan: &Plan, light: &str) -> Vec<Setting> {
         all.extend([hybrid(HYBRID, way, 1), hybrid(HYBRID, way, LOW)]);
     }
     let low = hybrid(HYBRID, Way::Bisected, LOW);
-    let options = Options { anew_at_edges: true, ..low.options };
+    let options = Options { sampling: Sampling::Blocks { scale: LOW, anew_at_edges: true }, ..low.options };
     all.push(Setting::new(anew_name(), low.technique, options));
     if textured {
         return all;
@@ -378,8 +379,8 @@ fn measure(
     let lookups = settings
         .iter()
         .map(|setting| {
-            let Options { scattering_scale, shadows_in_medium, .. } = setting.options;
-            let counted = scattering_scale == 1 && shadows_in_medium && light == POINT;
+            let Options { sampling, shadows_in_medium, .. } = setting.options;
+            let counted = sampling == Sampling::Pixels && shadows_in_medium && light == POINT;
             counted.then(|| counts.of(&arena, setting)).transpose()
         })
         .collect::<Outcome<Vec<_>>>()?;

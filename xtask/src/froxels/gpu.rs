@@ -5,8 +5,8 @@ use std::time::Instant;
 use froxel_grid::{Counts, Froxels};
 use glam::Vec3;
 use gpu_backend::{
-    Fog, FogDescriptor, Frame, GpuBvh, GpuContext, Lamp, PrepareError, SceneDepth, Shadows, Technique, View,
-    wgpu,
+    Fog, FogDescriptor, Frame, GpuBvh, GpuContext, Lamp, PrepareError, Sampling, SceneDepth, Shadows,
+    Technique, View, wgpu,
 };
 use scene::{Scene, WideBvh};
 
@@ -65,8 +65,7 @@ impl<'g> GpuFroxels<'g> {
             lamps: &lamps,
             model: world.model,
             technique: Technique::Froxels(self.froxels),
-            scattering_scale: 1,
-            anew_at_edges: false,
+            sampling: Sampling::Pixels,
         };
         self.fog.prepare(device, queue, &frame).map_err(|error| match error {
             PrepareError::Froxels(error) => wrong(&error),

@@ -7,8 +7,8 @@ mod renderer;
 
 use glam::{DMat4, DVec2, Vec3};
 use gpu_backend::{
-    CompositeTarget, Fog, FogDescriptor, Frame, HostDepth, Lamp, SceneDepth, ShadowMap, Shadows, Technique,
-    View,
+    CompositeTarget, Fog, FogDescriptor, Frame, HostDepth, Lamp, Sampling, SceneDepth, ShadowMap, Shadows,
+    Technique, View,
 };
 use renderer::{COLOR, DEPTH, Renderer, begin, texture};
 use scene::{AirlightModel, Camera, Light, Medium, SpotLight, procedural};
@@ -61,8 +61,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             }],
             model: AirlightModel::Sun,
             technique: Technique::ExactShadowMap { surface: MapSurface::Step },
-            scattering_scale: 1,
-            anew_at_edges: false,
+            sampling: Sampling::Pixels,
         },
     )?;
 

@@ -1,7 +1,7 @@
 //! What a frame is made of: views, a medium, lights with their maps, and how airlight is computed.
 
 use froxel_grid::Froxels;
-pub use hybrid_march::Placement;
+pub use hybrid_march::{Adaptive, Placement, Sampling};
 use scene::{Aabb, AirlightModel, Camera, Light, Medium};
 use shadowmap::{DepthOrder, MapSurface};
 
@@ -23,13 +23,8 @@ pub struct Frame<'a> {
     pub model: AirlightModel,
     /// How shadows are found.
     pub technique: Technique,
-    /// Pixels along the side of the blocks for which airlight is computed, in two layers that a filter spreads over the
-    /// pixels by their depth (Wyman and Ramsey 2008, section 3.3); 1 for every pixel.
-    pub scattering_scale: u32,
-    /// Whether pixels within two pixels of a depth edge are computed anew where airlight is computed for blocks. Sharper
-    /// edges for about a quarter of the time of a full picture on a software adapter, which cannot leave out the others
-    /// for free.
-    pub anew_at_edges: bool,
+    /// For which view rays airlight is computed.
+    pub sampling: Sampling,
 }
 
 /// One view of a frame.

@@ -1,12 +1,14 @@
 //! The bind groups of the scattering passes. Twins: `bindings_view.wgsl`, `bindings.wgsl` and `bindings_bvh.wgsl` in
 //! `shaders/shared/`.
 
-use crate::pass::{filtered_texture, sampler, storage, storage_texture, texture, uniform};
+use crate::pass::{filtered_texture, sampler, storage, storage_texture, storage_written, texture, uniform};
 
 /// Layouts of the view's group (with and without the texture that is written) and the light's.
 #[derive(Debug)]
 pub(crate) struct Layouts {
     pub(crate) view: wgpu::BindGroupLayout,
+    /// The view's group of a pass over the pixels of a list.
+    pub(crate) listed: wgpu::BindGroupLayout,
     pub(crate) composite: wgpu::BindGroupLayout,
     pub(crate) light: wgpu::BindGroupLayout,
     /// What is kept of the crossings with a light volume.
@@ -44,6 +46,10 @@ impl Layouts {
             crossings: group("fog crossings", &[storage(0), uniform(1)]),
             bvh: group("fog bvh", &[storage(0), storage(1)]),
             view: group("fog view", &[reads[0], reads[1], reads[2], writes, reads[3]]),
+            listed: group(
+                "fog listed pixels",
+                &[reads[0], reads[1], storage(2), storage_written(3), reads[3]],
+            ),
             composite: group("fog composite", &drawn),
             light: group(
                 "fog light",

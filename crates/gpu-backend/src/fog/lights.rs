@@ -58,6 +58,10 @@ pub(super) fn surface(variant: &Variant) -> MapSurface {
     if variant.linear { MapSurface::Linear } else { MapSurface::Step }
 }
 
+fn reads_pyramid(variant: &Variant) -> bool {
+    variant.shader == Shader::Exact && variant.shadowed
+}
+
 /// A light's uniform for one view.
 pub(super) fn uniform(device: &wgpu::Device, frame: &Frame<'_>, work: &Work, basis: &Basis) -> LightUniform {
     let Some(lamp) = work.lamp.map(|index| &frame.lamps[index]) else {
@@ -79,7 +83,7 @@ pub(super) fn uniform(device: &wgpu::Device, frame: &Frame<'_>, work: &Work, bas
         if let Some(moments) = map.moments() {
             uniform.variance[..3].copy_from_slice(&moments.parameters);
         }
-        if work.variant.shader == Shader::Exact
+        if reads_pyramid(&work.variant)
             && let Ok(pyramid) = map.pyramid(device, surface(&work.variant))
         {
             uniform.map_top = pyramid.top();
@@ -146,7 +150,7 @@ pub(super) fn group<'a>(
     let spare = || stand_ins.array.clone();
     let heights = map.map_or_else(spare, |map| array(map.heights()));
     let pyramid = map
-        .filter(|_| work.variant.shader == Shader::Exact)
+        .filter(|_| reads_pyramid(&work.variant))
         .and_then(|map| map.pyramid(device, surface(&work.variant)).ok())
         .map_or_else(spare, |pyramid| pyramid.view());
     let moments = map

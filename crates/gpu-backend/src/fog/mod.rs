@@ -9,6 +9,7 @@ mod low;
 mod mips;
 mod plan;
 mod ray_ends;
+mod sampling;
 pub(crate) mod targets;
 mod view;
 
@@ -20,23 +21,24 @@ use scene::{Density, Medium};
 pub use composite::CompositeTarget;
 use composite::CompositeVariant;
 pub use frame::{
-    AirlightForm, Frame, Hybrid, Lamp, LightPicture, Lookup, MAX_LIGHTS, Placement, SceneDepth, Shadows,
-    Technique, View,
+    Adaptive, AirlightForm, Frame, Hybrid, Lamp, LightPicture, Lookup, MAX_LIGHTS, Placement, Sampling,
+    SceneDepth, Shadows, Technique, View,
 };
 use layout::{Layouts, StandIns};
 use low::{LowPasses, MOST_SCALE};
 use plan::{Shader, Variant, Work};
 use ray_ends::RayEnds;
+use sampling::{SamplePasses, TRACED};
 use targets::{Targets, check_view};
 use view::{ViewPasses, view_of};
 
 use crate::capabilities::check_limits;
-use crate::checked::{created, prepared};
+use crate::checked::{created, prepared, read_words};
 use crate::froxel::{FroxelContext, FroxelState, FroxelTarget};
 use crate::layout::ImagePlane;
 use crate::lightvolume::{Leaves, LightVolumePasses};
 use crate::map::{HostConverter, Pyramid, PyramidBuilder};
-use crate::pass::{Step, compute_pipeline, encode_all};
+use crate::pass::{Step, compute_pipeline, encode_all, listed_pipeline};
 use crate::read_radiance::{read_radiance, read_texels};
 use crate::timing::PassTimer;
 use crate::volume::{Key, ShadowVolume, VolumePasses, key_of};
@@ -71,6 +73,8 @@ pub struct Fog {
     light_volumes: Option<LightVolumePasses>,
     /// Made when a frame first computes airlight for blocks of pixels.
     low: Option<LowPasses>,
+    /// Made when a frame is first sampled adaptively.
+    sampling: Option<SamplePasses>,
     /// Made when a frame first has froxels.
     froxels: Option<FroxelState>,
     ray_ends: RayEnds,
@@ -110,6 +114,8 @@ struct ViewState {
     low: Vec<Targets>,
     /// Which of the airlight textures holds the result.
     result: usize,
+    /// Whether it is sampled adaptively.
+    is_sampled: bool,
     /// Draws of the composite, in order.
     draws: Vec<(CompositeVariant, wgpu::BindGroup)>,
 }
@@ -153,6 +159,7 @@ impl Fog {
             volumes: None,
             light_volumes: None,
             low: None,
+            sampling: None,
             froxels: None,
             ray_ends: RayEnds::new(device)?,
             timer: None,
@@ -194,11 +201,15 @@ impl Fog {
         if froxels.is_none() && frame.lamps.len() > MAX_LIGHTS {
             return Err(PrepareError::TooManyLights { got: frame.lamps.len(), most: MAX_LIGHTS });
         }
-        if !(1..=MOST_SCALE).contains(&frame.scattering_scale) {
-            return Err(PrepareError::ScatteringScale { got: frame.scattering_scale, most: MOST_SCALE });
+        let scale = frame.sampling.scale();
+        if !(1..=MOST_SCALE).contains(&scale) {
+            return Err(PrepareError::ScatteringScale { got: scale, most: MOST_SCALE });
         }
-        if frame.scattering_scale > 1 && self.low.is_none() {
+        if scale > 1 && self.low.is_none() {
             self.low = Some(LowPasses::new(device)?);
+        }
+        if let Sampling::Adaptive(adaptive) = &frame.sampling {
+            adaptive.check()?;
         }
         let largest = device.limits().max_texture_dimension_2d;
         for (index, view) in frame.views.iter().enumerate() {
@@ -214,10 +225,19 @@ impl Fog {
         }
         self.reserve_light_volumes(device, &mut work)?;
         for work in &work {
-            self.scatter_pipeline(device, work.variant)?;
+            match frame.sampling {
+                Sampling::Adaptive(_) => {
+                    self.scatter_pipeline(device, work.variant.of_list())?;
+                    self.scatter_pipeline(device, work.variant.unlit_list())?;
+                }
+                _ => self.scatter_pipeline(device, work.variant)?,
+            }
             if work.table_size > 0 {
                 self.scatter_pipeline(device, work.variant.of_table())?;
             }
+        }
+        if frame.sampling.adaptive().is_some() && self.sampling.is_none() {
+            self.sampling = Some(SamplePasses::new(device)?);
         }
         let grid = self.grid.of(device, queue, frame.medium, &self.stand_ins)?;
         let plain = self.pictures.of(device, queue, frame.lamps)?;
@@ -335,6 +355,26 @@ impl Fog {
         Ok(texels.into_iter().map(|texel| texel[3]).collect())
     }
 
+    /// View rays of a view that were traced, once the frame's commands are submitted: all, or with [`Sampling::Adaptive`] those
+    /// around which airlight changes. Submits a copy and waits for it.
+    ///
+    /// # Errors
+    /// As [`Fog::read_airlight`].
+    pub fn read_traced_rays(
+        &self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        view: usize,
+    ) -> Result<u64, ReadError> {
+        let view = self.views.get(view).ok_or(ReadError::Nothing("such view"))?;
+        let (width, height) = view.targets.size;
+        let Some(samples) = view.targets.samples.as_ref().filter(|_| view.is_sampled) else {
+            return Ok(u64::from(width) * u64::from(height));
+        };
+        let words = read_words(device, queue, &samples.state, "the rays that were traced")?;
+        Ok(words.get(TRACED as usize / 4).copied().unwrap_or(0).into())
+    }
+
     /// What froxels counted in the last frame, once its commands are submitted; submits a copy and waits for it.
     ///
     /// # Errors
@@ -415,7 +455,7 @@ impl Fog {
                 }
                 self.draws(device, frame.medium, &image.uniform, &ends, &airlight, &density)
             })?;
-            views.push(ViewState { targets: own, low: Vec::new(), result: 0, draws });
+            views.push(ViewState { targets: own, low: Vec::new(), result: 0, is_sampled: false, draws });
         }
         let Medium { coefficients, emission, .. } = frame.medium;
         if *emission == [0.0; 3] && (coefficients.is_clear() || frame.lamps.is_empty()) {
@@ -484,10 +524,12 @@ impl Fog {
 
     fn scatter_pipeline(&mut self, device: &wgpu::Device, variant: Variant) -> Result<(), CreateError> {
         if !self.scatter.contains_key(&variant) {
-            let mut layouts = vec![&self.layouts.view, &self.layouts.light];
+            let view = if variant.listed { &self.layouts.listed } else { &self.layouts.view };
+            let mut layouts = vec![view, &self.layouts.light];
             layouts.extend(variant.rays.then_some(&self.layouts.bvh));
             layouts.extend((variant.shader == Shader::LightVolume).then_some(&self.layouts.crossings));
-            let pipeline = compute_pipeline(device, variant.file(), &layouts, &variant.constants())?;
+            let made = if variant.listed { listed_pipeline } else { compute_pipeline };
+            let pipeline = made(device, variant.file(), &layouts, &variant.constants())?;
             self.scatter.insert(variant, pipeline);
         }
         Ok(())

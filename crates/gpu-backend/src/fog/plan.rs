@@ -7,7 +7,7 @@
 use scene::{AirlightModel, Density, Light, Medium, Refusal};
 use shadowmap::Outside;
 
-use super::frame::{AirlightForm, Frame, Hybrid, Lamp, Lookup, Placement, Technique};
+use super::frame::{AirlightForm, Frame, Hybrid, Lamp, Lookup, Placement, Sampling, Technique};
 use crate::lightvolume::{USUALLY_KEPT, VolumeVariant};
 use crate::{Faces, Tessellation};
 
@@ -53,6 +53,8 @@ pub(crate) struct Variant {
     pub(crate) table: u8,
     /// Whether sums are in fixed point.
     pub(crate) fixed: bool,
+    /// Whether pixels come from a list instead of all.
+    pub(crate) listed: bool,
 }
 
 /// Which scattering shader.
@@ -78,6 +80,21 @@ impl Variant {
     /// The pass that gives the airlight of the same light without shadows.
     pub(crate) fn unshadowed(self) -> Self {
         Self { shader: Shader::Exact, shadowed: false, linear: false, fixed: false, ..self }
+    }
+
+    /// The pass over the pixels of a list.
+    pub(crate) fn of_list(self) -> Self {
+        Self { listed: true, ..self }
+    }
+
+    /// The pass over the pixels of a list that gives the airlight as if nothing cast a shadow: in closed form where there is
+    /// one.
+    pub(crate) fn unlit_list(self) -> Self {
+        let open = Self { shadowed: false, rays: false, lookup: 0, partial: false, listed: true, ..self };
+        match self.shader {
+            Shader::MarchVarying | Shader::HybridTextured => open,
+            _ => Self { shader: Shader::Exact, linear: false, table: 0, equal_distance: false, ..open },
+        }
     }
 
     /// The shader's file.
@@ -180,6 +197,14 @@ impl Work {
 /// # Errors
 /// [`Refusal`] if the technique cannot take the medium or a light.
 pub(crate) fn plan(frame: &Frame<'_>) -> Result<Vec<Work>, Refusal> {
+    if let (Technique::LightVolume { .. }, Sampling::Adaptive(_)) = (frame.technique, frame.sampling) {
+        // its rays are drawn all at once
+        return Err(Refusal {
+            technique: "light-volume",
+            feature: "adaptive sampling",
+            instead: "blocks of pixels",
+        });
+    }
     let mut work = Vec::new();
     if frame.medium.emission != [0.0; 3] {
         match frame.technique {
@@ -246,6 +271,7 @@ fn variant(frame: &Frame<'_>, shader: Shader) -> Variant {
         partial: false,
         table: 0,
         fixed: false,
+        listed: false,
     }
 }
 
@@ -499,8 +525,7 @@ mod tests {
             lamps: &lamps,
             model: AirlightModel::Sun,
             technique,
-            scattering_scale: 1,
-            anew_at_edges: false,
+            sampling: Sampling::Pixels,
         })
     }
 

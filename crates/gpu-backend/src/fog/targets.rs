@@ -3,6 +3,7 @@
 use scene::Camera;
 
 use super::frame::{SceneDepth, View};
+use super::sampling::Samples;
 use crate::PrepareError;
 use crate::checked::{check_size, prepared};
 use crate::layout::ENDLESS;
@@ -20,6 +21,8 @@ pub(crate) struct Targets {
     pub(crate) sums: Option<wgpu::Texture>,
     /// Crossings with it that are kept.
     pub(crate) kept: Option<wgpu::Buffer>,
+    /// What adaptive sampling is kept in.
+    pub(crate) samples: Option<Samples>,
 }
 
 impl Targets {
@@ -27,7 +30,7 @@ impl Targets {
         let ray_ends = prepared(device, "a view's textures", || {
             texture(device, "ray ends", size, wgpu::TextureFormat::R32Float)
         })?;
-        Ok(Self { size, ray_ends, airlight: [None, None], sums: None, kept: None })
+        Ok(Self { size, ray_ends, airlight: [None, None], sums: None, kept: None, samples: None })
     }
 
     /// Makes sure that there are `count` textures for airlight.
@@ -61,11 +64,24 @@ impl Targets {
         Ok(())
     }
 
+    /// Makes sure that there is room to sample from every `spacing`-th pixel on.
+    pub(crate) fn reserve_samples(
+        &mut self,
+        device: &wgpu::Device,
+        spacing: u32,
+    ) -> Result<(), PrepareError> {
+        if !self.samples.as_ref().is_some_and(|samples| samples.fits(spacing)) {
+            self.samples = Some(Samples::new(device, self.size, spacing)?);
+        }
+        Ok(())
+    }
+
     /// Memory; units: bytes.
     pub(crate) fn bytes(&self) -> u64 {
         let pixels = u64::from(self.size.0) * u64::from(self.size.1);
         let textures = self.airlight.iter().chain([&self.sums]).flatten().count() as u64;
-        pixels * (4 + 16 * textures) + self.kept.as_ref().map_or(0, wgpu::Buffer::size)
+        let samples = self.samples.as_ref().map_or(0, Samples::bytes);
+        pixels * (4 + 16 * textures) + self.kept.as_ref().map_or(0, wgpu::Buffer::size) + samples
     }
 }
 

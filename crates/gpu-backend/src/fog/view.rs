@@ -1,13 +1,14 @@
 //! One view of a frame: its passes in order, and the draws that composite it.
 
-use super::frame::{Frame, SceneDepth, View};
+use super::frame::{Adaptive, Frame, Sampling, SceneDepth, View};
 use super::plan::{Shader, Work};
+use super::sampling::{SampledView, Samples, lattice};
 use super::targets::{self, Targets, ends};
 use super::{Fog, ViewState, lights};
 use crate::checked::{filled_buffer, prepared};
 use crate::layout::{Basis, ImagePlane, LightUniform, MeshUniform, ViewUniform};
 use crate::lightvolume::{VolumeTarget, fitting};
-use crate::pass::{ComputePass, Dispatch, Step};
+use crate::pass::{ComputePass, Dispatch, Step, bind};
 use crate::volume::FaceTarget;
 use crate::write_texture::write_texture;
 use crate::{Faces, FrameStats, PrepareError};
@@ -41,6 +42,14 @@ pub(super) struct Image {
     faces: Vec<Option<wgpu::TextureView>>,
 }
 
+/// The rays of a list, and the passes that trace them.
+struct ListedRays<'a> {
+    image: &'a Image,
+    samples: &'a Samples,
+    ray_ends: &'a wgpu::TextureView,
+    traced: Vec<ComputePass>,
+}
+
 /// The crossings of rays with the surface of a light's volume.
 struct Crossings {
     /// What finds them.
@@ -63,25 +72,33 @@ impl ViewPasses<'_> {
         steps: &mut Vec<Step>,
         stats: &mut FrameStats,
     ) -> Result<ViewState, PrepareError> {
-        let scale = self.frame.scattering_scale;
+        let scale = self.frame.sampling.scale();
         let mut targets = self.targets(old, self.view.size)?;
         let dispatches: usize = self.work.iter().map(|work| work.parts.len()).sum();
         let layers = dispatches.clamp(1, 2);
-        let refines = scale > 1 && self.frame.anew_at_edges && self.can_refine();
-        targets.reserve(
-            self.device,
-            if refines {
-                2
-            } else if scale == 1 {
-                layers
-            } else {
-                1
-            },
-        )?;
+        let anew = matches!(self.frame.sampling, Sampling::Blocks { anew_at_edges: true, .. });
+        let refines = scale > 1 && anew && self.can_refine();
+        let count = match self.frame.sampling {
+            Sampling::Pixels => layers,
+            _ if refines => 2,
+            Sampling::Blocks { .. } if scale == 1 => layers,
+            _ => 1,
+        };
+        targets.reserve(self.device, count)?;
         let mut image = self.image(ImagePlane::new(self.view.camera, self.view.size), 1)?;
         self.find_ends(&image, &targets, steps)?;
-        let (low, result) = match &self.fog.low {
-            Some(passes) if scale > 1 => {
+        let adaptive = self.frame.sampling.adaptive().filter(|_| !self.work.is_empty());
+        let (low, result) = match (&self.fog.low, adaptive) {
+            (_, Some(adaptive)) => {
+                targets.reserve_samples(self.device, adaptive.spacing)?;
+                self.find_faces(&mut image, steps)?;
+                let tables = self.fill_tables(&image, steps)?;
+                self.sample(&image, &targets, &tables, adaptive, steps)?;
+                // how many more there are the GPU finds out
+                self.count(lattice(self.view.size, adaptive.spacing), 2, stats);
+                (Vec::new(), 0)
+            }
+            (Some(passes), None) if scale > 1 => {
                 let mut coarse = self.image(image.plane.coarser(scale), scale)?;
                 let mut low =
                     vec![self.targets(old, coarse.plane.size)?, self.targets(old, coarse.plane.size)?];
@@ -126,7 +143,7 @@ impl ViewPasses<'_> {
         if fog.target.is_some() {
             stats.fragments += draws.len() as u64 * u64::from(self.view.size.0) * u64::from(self.view.size.1);
         }
-        Ok(ViewState { targets, low, result, draws })
+        Ok(ViewState { targets, low, result, is_sampled: adaptive.is_some(), draws })
     }
 
     /// Textures of `size`: those of the frame before, if there are any.
@@ -363,6 +380,77 @@ impl ViewPasses<'_> {
             let result = (done + 1) % 2;
             if targets.airlight[result].is_some() { result } else { 0 }
         })
+    }
+
+    /// The airlight of rays around which it changes, and from theirs that of all pixels, in the first of the textures.
+    fn sample(
+        &self,
+        image: &Image,
+        targets: &Targets,
+        tables: &[Option<wgpu::TextureView>],
+        adaptive: &Adaptive,
+        steps: &mut Vec<Step>,
+    ) -> Result<(), PrepareError> {
+        let (Some(passes), Some(samples)) = (&self.fog.sampling, &targets.samples) else { return Ok(()) };
+        prepared(self.device, "a view", || {
+            let ray_ends = view_of(&targets.ray_ends);
+            let Some(picture) = targets.airlight[0].as_ref().map(view_of) else { return };
+            let mut rays = ListedRays { image, samples, ray_ends: &ray_ends, traced: Vec::new() };
+            let mut unlit = ListedRays { traced: Vec::new(), ..rays };
+            for ((work, faces), table) in self.work.iter().zip(&image.faces).zip(tables) {
+                let lit = Work { variant: work.variant.of_list(), ..work.clone() };
+                self.trace(&mut rays, &lit, [faces.as_ref(), table.as_ref()]);
+                let variant = work.variant.unlit_list();
+                let parts = if variant.shader == Shader::Exact { vec![(0, 0)] } else { work.parts.clone() };
+                let label = format!("{}, unshadowed", work.label);
+                let open = Work { variant, parts, label, faces: None, ..work.clone() };
+                self.trace(&mut unlit, &open, [None, table.as_ref()]);
+            }
+            let view = SampledView {
+                uniform: &image.uniform,
+                size: image.plane.size,
+                ray_ends: &ray_ends,
+                samples,
+                picture: &picture,
+            };
+            steps.extend(passes.steps(self.device, &view, adaptive, &rays.traced, &unlit.traced));
+        })
+    }
+
+    /// Adds the passes of a light over the rays of a list.
+    fn trace(&self, rays: &mut ListedRays<'_>, work: &Work, textures: [Option<&wgpu::TextureView>; 2]) {
+        let (fog, device, frame) = (self.fog, self.device, self.frame);
+        let [list, values] = rays.samples.list();
+        let view_group = bind(
+            device,
+            "fog listed pixels",
+            &fog.layouts.listed,
+            [
+                rays.image.uniform.as_entire_binding(),
+                wgpu::BindingResource::TextureView(rays.ray_ends),
+                list.as_entire_binding(),
+                values.as_entire_binding(),
+                wgpu::BindingResource::TextureView(self.grid),
+            ],
+        );
+        for &(first, end) in &work.parts {
+            let mut light = lights::uniform(device, frame, work, &rays.image.basis);
+            light.face_scale = work.faces.map_or(1, |faces| faces.at_scale(1).side());
+            (light.first_sample, light.end_sample) = (first, end);
+            light.adds = u32::from(!rays.traced.is_empty());
+            let (layouts, stand_ins) = (&fog.layouts, &fog.stand_ins);
+            let light_group =
+                lights::group(device, layouts, stand_ins, frame, work, &light, self.pictures, textures);
+            let mut groups = vec![view_group.clone(), light_group];
+            groups
+                .extend(work.variant.rays.then(|| lights::bvh_group(device, layouts, frame, work)).flatten());
+            rays.traced.push(ComputePass {
+                label: work.label.clone(),
+                pipeline: fog.scatter[&work.variant].clone(),
+                groups,
+                dispatch: rays.samples.dispatch(),
+            });
+        }
     }
 
     /// The crossings of an image's rays with the surface of a light's volume.

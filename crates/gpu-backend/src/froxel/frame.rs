@@ -12,7 +12,7 @@ use super::memory::{GridBuffers, ViewVolumes, buffer};
 use super::passes::{Masks, MediumKind, Memory, Pass, Voxels};
 use super::{FroxelState, Known};
 use crate::checked::{check_size, filled_buffer, prepared};
-use crate::fog::{Frame, Shadows};
+use crate::fog::{Frame, Sampling, Shadows};
 use crate::pass::{ComputePass, Dispatch, Step, bind};
 use crate::{FrameStats, GpuBvh, PrepareError};
 
@@ -78,8 +78,8 @@ impl FroxelContext<'_> {
             });
         }
         let refused = |feature, instead| Err(Refusal { technique: "froxels", feature, instead }.into());
-        if frame.scattering_scale > 1 {
-            return refused("a scattering scale", "wider froxels");
+        if frame.sampling != Sampling::Pixels {
+            return refused("airlight for some of the pixels", "wider froxels");
         }
         let mut known: Option<&wgpu::Buffer> = None;
         for lamp in frame.lamps {

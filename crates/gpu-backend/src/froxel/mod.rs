@@ -16,7 +16,7 @@ pub(crate) use frame::{FroxelContext, FroxelTarget};
 use memory::{GridBuffers, ViewVolumes, buffer};
 use passes::Passes;
 
-use crate::checked::{caught, created, read_buffer};
+use crate::checked::{created, read_words};
 use crate::{CreateError, ReadError};
 
 /// Words of the buffer of counts.
@@ -131,27 +131,4 @@ impl FroxelState {
             + self.grid.as_ref().map_or(0, GridBuffers::bytes)
             + self.views.iter().map(ViewVolumes::bytes).sum::<u64>()
     }
-}
-
-fn read_words(
-    device: &wgpu::Device,
-    queue: &wgpu::Queue,
-    from: &wgpu::Buffer,
-    what: &'static str,
-) -> Result<Vec<u32>, ReadError> {
-    let readback = caught(device, || {
-        let readback = device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("froxel readback"),
-            size: from.size(),
-            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
-        let mut encoder =
-            device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("froxel readback") });
-        encoder.copy_buffer_to_buffer(from, 0, &readback, 0, from.size());
-        queue.submit([encoder.finish()]);
-        readback
-    })
-    .map_err(|reason| ReadError::Device { what, reason })?;
-    read_buffer(device, &readback, from.size(), what)
 }

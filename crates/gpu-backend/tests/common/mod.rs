@@ -5,8 +5,8 @@
 
 use gpu_backend::wgpu;
 use gpu_backend::{
-    DeviceFeatures, Fog, FogDescriptor, Frame, GpuBvh, GpuContext, Lamp, SceneDepth, ShadowMap, Shadows,
-    Technique, View,
+    DeviceFeatures, Fog, FogDescriptor, Frame, GpuBvh, GpuContext, Lamp, Sampling, SceneDepth, ShadowMap,
+    Shadows, Technique, View,
 };
 use hybrid_march::{BruteForce, Occluders};
 use scene::{
@@ -166,8 +166,7 @@ impl Stage {
             lamps: &[lamp],
             model,
             technique,
-            scattering_scale: 1,
-            anew_at_edges: false,
+            sampling: Sampling::Pixels,
         };
         render(gpu, fog, &frame)
     }
