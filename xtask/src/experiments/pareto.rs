@@ -42,6 +42,7 @@ fn plan(context: &Context) -> Plan {
         hybrid: &[4, 8, 16, 32, 64],
         thresholds: &[1e-2, 1e-3],
         scales: &[2, 4],
+        adaptive: &[0.05, 0.01, 0.002],
         tiles: &[8],
         grid: true,
     };
@@ -55,6 +56,7 @@ fn plan(context: &Context) -> Plan {
             hybrid: &[8],
             thresholds: &[1e-2],
             scales: &[2],
+            adaptive: &[0.01],
             tiles: &[8],
             grid: false,
         },
@@ -112,6 +114,7 @@ pub(super) fn speedup(context: &Context) -> Outcome<Section> {
         hybrid: &[],
         thresholds: &[],
         scales: &[],
+        adaptive: &[0.05, 0.01, 0.002],
         tiles: &[],
         ..usual.sweep
     };

@@ -96,7 +96,8 @@ fn by_habit(arena: &Arena, target: f64, side: u32, settings: &mut Vec<Setting>) 
     let facts = planned::facts_of(&arena.setup, &arena.bvh, &arena.base, &lights, target);
     let facts = planner::Facts { casts_rays: false, ..facts };
     let choice = planner::choose(&facts, None, &Costs::SOFTWARE);
-    let chosen = planner::Candidate { technique: choice.technique, rays: choice.rays };
+    let chosen =
+        planner::Candidate { technique: choice.technique, rays: choice.rays, sampling: choice.sampling };
     let (technique, options) = planned::options_of(&chosen, side, &arena.base, &Wish::default())?;
     Some(Pick {
         metric: Metric::Map,
@@ -117,7 +118,7 @@ fn join(settings: &mut Vec<Setting>, technique: Technique, options: Options) -> 
         let visibility = technique.takes_scale().then_some(options.visibility);
         let samples = technique.takes_scale().then_some(options.samples);
         let tessellation = (technique == Technique::LightVolume).then_some(options.tessellation);
-        let blocks = (options.scattering_scale, options.froxels.tile);
+        let blocks = (technique.sampling(options.sampling), options.froxels.tile);
         format!("{technique:?} {map:?} {visibility:?} {samples:?} {tessellation:?} {blocks:?}")
     };
     let wanted = key(technique, &options);
@@ -132,6 +133,9 @@ fn join(settings: &mut Vec<Setting>, technique: Technique, options: Options) -> 
             name += &format!(" {}² {}", map.side, map.surface.name());
         } else {
             name += " shadow rays";
+        }
+        if let Some(adaptive) = technique.sampling(options.sampling).adaptive() {
+            name += &format!(", adaptive {} %", 100.0 * adaptive.target_error);
         }
         settings.push(Setting::new(name, technique, options));
         settings.len() - 1

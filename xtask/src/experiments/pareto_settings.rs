@@ -1,5 +1,7 @@
 //! The settings of `pareto`: every technique with what trades its time for error.
 
+use hybrid_march::{Adaptive, Sampling};
+
 use super::measure::{Arena, Rebuild, Setting};
 use super::pareto_picks::Metric;
 use crate::maps::{MapOptions, MapSurface};
@@ -20,6 +22,8 @@ pub(super) struct Sweep {
     pub(super) thresholds: &'static [f32],
     /// Pixels a side of the blocks that airlight is computed for.
     pub(super) scales: &'static [u32],
+    /// Errors down to which rays are traced where airlight changes.
+    pub(super) adaptive: &'static [f32],
     /// Pixels a side of froxels.
     pub(super) tiles: &'static [u32],
     /// Whether froxels of a shared grid are measured.
@@ -46,8 +50,10 @@ pub(super) fn family(setting: &Setting) -> String {
     if options.map.surface == MapSurface::Linear && *technique == Technique::ExactShadowMap {
         name += ", linear";
     }
-    if options.scattering_scale > 1 {
-        name += &format!(", blocks of {}", options.scattering_scale);
+    match technique.sampling(options.sampling) {
+        Sampling::Pixels => (),
+        Sampling::Blocks { scale, .. } => name += &format!(", blocks of {scale}"),
+        Sampling::Adaptive(_) => name += ", adaptive",
     }
     name
 }
@@ -77,10 +83,28 @@ pub(super) fn all(sweep: &Sweep, arena: &Arena) -> Vec<Setting> {
     }
     for &scale in sweep.scales {
         for (technique, samples) in [Technique::BruteForce, Technique::Hybrid].into_iter().zip(IN_BLOCKS) {
-            let options =
-                Options { samples: Some(samples), scattering_scale: scale, anew_at_edges: true, ..given };
+            let options = Options {
+                samples: Some(samples),
+                sampling: Sampling::Blocks { scale, anew_at_edges: true },
+                ..given
+            };
             let name = format!("{}, {samples} samples, blocks of {scale}", technique.name());
             all.push(Setting::new(name, technique, options));
+        }
+    }
+    for &target in sweep.adaptive {
+        let sampling = Sampling::Adaptive(Adaptive::new(target, base.size));
+        let mut adaptive = |technique: Technique, options: Options, what: String| {
+            let name = format!("{}, {what}, adaptive {} %", technique.name(), 100.0 * target);
+            all.push(Setting::new(name, technique, Options { sampling, ..options }));
+        };
+        for &side in sweep.maps.iter().chain([&sweep.map]) {
+            let map = with_map(side, MapSurface::Step);
+            adaptive(Technique::ExactShadowMap, map, format!("{side}² step"));
+        }
+        for (technique, samples) in [Technique::BruteForce, Technique::Hybrid].into_iter().zip(IN_BLOCKS) {
+            let options = Options { samples: Some(samples), ..given };
+            adaptive(technique, options, format!("{samples} samples"));
         }
     }
     let linear = with_map(sweep.map, MapSurface::Linear);

@@ -2,6 +2,7 @@
 
 use gpu_backend::planner::{self, Costs};
 use gpu_backend::{Criterion, Tessellation as GpuTessellation};
+use hybrid_march::Sampling;
 use scene::Bvh;
 use shadowmap::MapSurface as Surface;
 
@@ -25,6 +26,14 @@ pub(crate) struct Candidate {
     pub(crate) usual_error: f64,
     /// Why, for each light.
     pub(crate) reasons: Vec<String>,
+}
+
+impl Candidate {
+    /// What interpolation between rays may err by.
+    pub(crate) fn interpolated(&self) -> f64 {
+        let sampling = self.technique.sampling(self.options.sampling);
+        sampling.adaptive().map_or(0.0, |adaptive| f64::from(adaptive.target_error))
+    }
 }
 
 /// All that a wish leaves, cheapest first.
@@ -74,7 +83,13 @@ pub(crate) fn options_of(
     use gpu_backend::Technique as Gpu;
     let visibility = if found.rays { VisibilitySource::Bvh } else { VisibilitySource::Map };
     let map = |surface| MapOptions { side, surface };
-    let with = |surface, samples| Options { samples, visibility, map: map(surface), ..*base };
+    // what was asked for stays
+    let sampling = match (base.sampling, found.sampling) {
+        (Sampling::Pixels, wanted) => wanted,
+        (_, Sampling::Pixels) => base.sampling,
+        _ => return None,
+    };
+    let with = |surface, samples| Options { samples, sampling, visibility, map: map(surface), ..*base };
     let (technique, options) = match found.technique {
         Gpu::ExactShadowMap { surface } => {
             let surface = if surface == Surface::Linear { MapSurface::Linear } else { MapSurface::Step };
@@ -118,7 +133,8 @@ pub(crate) fn candidate_of(
     diagonal: f32,
 ) -> Option<planner::Candidate> {
     use gpu_backend::Technique as Gpu;
-    if options.scattering_scale > 1 {
+    let sampling = technique.sampling(options.sampling);
+    if sampling.scale() > 1 {
         return None;
     }
     let rays = options.visibility == VisibilitySource::Bvh;
@@ -144,5 +160,5 @@ pub(crate) fn candidate_of(
         }
         Technique::Exact | Technique::Froxel | Technique::SharedGrid => return None,
     };
-    Some(planner::Candidate { technique, rays })
+    Some(planner::Candidate { technique, rays, sampling })
 }

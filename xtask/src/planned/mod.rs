@@ -8,6 +8,7 @@ mod candidates;
 mod pilot;
 
 use gpu_backend::planner::{Costs, Facts, LightFacts, MapFacts, MediumFacts, ShadowFacts};
+use hybrid_march::Sampling;
 use scene::Bvh;
 use serde_json::{Value, json};
 
@@ -93,7 +94,7 @@ impl Plan {
             "technique": technique.name(),
             "backend": if *on_gpu { "gpu" } else { "cpu" },
             "samples": samples,
-            "sampling": sampling_name(options),
+            "sampling": sampling_json(*technique, options),
             "map": map,
             "reasons": reasons,
             "predicted_ms": self.predicted_ms,
@@ -106,11 +107,14 @@ impl Plan {
     }
 }
 
-/// For which pixels airlight is computed.
-fn sampling_name(options: &Options) -> String {
-    match options.scattering_scale {
-        1 => "pixels".into(),
-        scale => format!("blocks of {scale}"),
+/// For which view rays airlight is computed.
+fn sampling_json(technique: Technique, options: &Options) -> Value {
+    match technique.sampling(options.sampling) {
+        Sampling::Pixels => json!("pixels"),
+        Sampling::Blocks { scale, .. } => json!({"blocks": scale}),
+        Sampling::Adaptive(adaptive) => {
+            json!({"adaptive": {"target_error": adaptive.target_error, "spacing": adaptive.spacing}})
+        }
     }
 }
 
@@ -201,6 +205,7 @@ pub(crate) fn plan(setup: &Setup, bvh: &Bvh, base: &Options, wish: &Wish, device
         }
         let (error, cpu_ms) = pilot.judge(candidate.technique, &candidate.options)?;
         trials.note(&candidate, error.upper);
+        let error = error.with(candidate.interpolated());
         let ms = if device == Device::Cpu { cpu_ms } else { candidate.predicted_ms };
         let upper = error.upper;
         if best.as_ref().is_none_or(|(_, least, _)| upper < least.upper) {
@@ -214,6 +219,7 @@ pub(crate) fn plan(setup: &Setup, bvh: &Bvh, base: &Options, wish: &Wish, device
         // the best there is of what was asked for
         if let Some(candidate) = last_resort {
             let (error, cpu_ms) = pilot.judge(candidate.technique, &candidate.options)?;
+            let error = error.with(candidate.interpolated());
             let ms = if device == Device::Cpu { cpu_ms } else { candidate.predicted_ms };
             best = Some((candidate, error, ms));
         }
@@ -285,6 +291,7 @@ impl Trials {
     /// Whether a candidate may be within the target.
     fn allow(&mut self, pilot: &mut Pilot<'_>, candidate: &Candidate, target: f64) -> Outcome<bool> {
         let Candidate { technique, options, .. } = candidate;
+        let target = (target * target - candidate.interpolated().powi(2)).max(0.0).sqrt();
         if self.count >= MOST_TRIALS || candidate.usual_error > HOPELESS * target {
             return Ok(false);
         }

@@ -7,6 +7,7 @@
 use std::time::Instant;
 
 use glam::DVec3;
+use hybrid_march::Sampling;
 use scene::Bvh;
 
 use crate::airlight::{Airlight, Stage};
@@ -40,6 +41,11 @@ pub(crate) struct Estimate {
 impl Estimate {
     /// The error of what is exact.
     pub(crate) const NONE: Self = Self { found: 0.0, upper: 0.0 };
+
+    /// With what interpolation between rays may err by beside it.
+    pub(crate) fn with(self, interpolated: f64) -> Self {
+        Self { found: self.found.hypot(interpolated), upper: self.upper.hypot(interpolated) }
+    }
 }
 
 /// A small picture of a setup, with what is exact there.
@@ -53,6 +59,8 @@ pub(crate) struct Pilot<'a> {
     exact: Vec<DVec3>,
     unshadowed: Vec<DVec3>,
     maps: Vec<(MapOptions, Maps)>,
+    /// What was judged, by technique and options.
+    known: Vec<(String, (Estimate, f64))>,
     /// What one exact picture of the large size would take on the CPU; units: ms.
     pub(crate) exact_ms: f64,
     started: Instant,
@@ -64,7 +72,7 @@ impl<'a> Pilot<'a> {
         let started = Instant::now();
         let analytic = setup.medium.is_homogeneous();
         let size = smaller(options.size, if analytic { RAYS } else { FEW_RAYS });
-        let base = Options { size, scattering_scale: 1, ..*options };
+        let base = Options { size, sampling: Sampling::Pixels, ..*options };
         let rays = ViewRays::trace(&setup.camera, bvh, size);
         let rays = match options.froxels.range {
             Some(range) => rays.up_to(range),
@@ -73,8 +81,9 @@ impl<'a> Pilot<'a> {
         let area = |(width, height): (u32, u32)| f64::from(width) * f64::from(height);
         let rays_each = area(options.size) / area(size);
         let (exact, unshadowed, maps, exact_ms) = (Vec::new(), Vec::new(), Vec::new(), 0.0);
+        let known = Vec::new();
         let mut pilot =
-            Self { setup, bvh, base, rays, rays_each, exact, unshadowed, maps, exact_ms, started };
+            Self { setup, bvh, base, rays, rays_each, exact, unshadowed, maps, known, exact_ms, started };
         let (technique, reference) = if analytic {
             (Technique::Exact, base)
         } else {
@@ -92,16 +101,21 @@ impl<'a> Pilot<'a> {
     ///
     /// Fails where a map cannot be drawn.
     pub(crate) fn judge(&mut self, technique: Technique, options: &Options) -> Outcome<(Estimate, f64)> {
-        let options = Options { size: self.base.size, scattering_scale: 1, ..options.of(technique) };
+        let sampling = Sampling::Pixels;
+        let options = Options { size: self.base.size, sampling, ..options.of(technique) };
+        let key = format!("{technique:?} {options:?}");
+        if let Some((_, known)) = self.known.iter().find(|(known, _)| *known == key) {
+            return Ok(*known);
+        }
         let mut smaller_tiles = options;
         // tiles cover as much of the picture as they will
         let shrink = self.rays_each.sqrt();
         smaller_tiles.hybrid.tile = ((f64::from(options.hybrid.tile) / shrink).round() as u32).max(1);
         let found = self.run(technique, &smaller_tiles)?;
-        Ok((
-            estimate(&found.radiance, &self.exact, &self.unshadowed, self.rays_each),
-            found.ms * self.rays_each,
-        ))
+        let error = estimate(&found.radiance, &self.exact, &self.unshadowed, self.rays_each);
+        let judged = (error, found.ms * self.rays_each);
+        self.known.push((key, judged));
+        Ok(judged)
     }
 
     /// What is pictured.

@@ -4,7 +4,7 @@ use froxel_grid::Froxels;
 use shadowmap::MapSurface;
 
 use super::{Facts, LightKind, ShadowFacts};
-use crate::{Criterion, DEFAULT_MOST_LEAVES, Hybrid, Lookup, Technique, Tessellation};
+use crate::{Adaptive, Criterion, DEFAULT_MOST_LEAVES, Hybrid, Lookup, Sampling, Technique, Tessellation};
 
 /// Steps of a march along all of a light's extent.
 const MARCH: [u32; 9] = [8, 16, 32, 64, 128, 256, 512, 1024, 2048];
@@ -15,6 +15,10 @@ const HYBRID: [u32; 7] = [4, 8, 16, 32, 64, 128, 256];
 /// Thresholds of quadtrees around what a light reaches, as shares of the casters' diagonal.
 const THRESHOLDS: [f32; 2] = [1e-2, 1e-3];
 
+/// Share of the target that interpolation may err by where few rays are traced; the squares of this and of the
+/// technique's own make up the whole.
+const ADAPTIVE_SHARE: f32 = 0.8;
+
 /// One way to make a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Candidate {
@@ -22,15 +26,43 @@ pub struct Candidate {
     pub technique: Technique,
     /// Whether shadows are asked of a hierarchy ([`Shadows::Rays`](crate::Shadows::Rays)) instead of a map.
     pub rays: bool,
+    /// For which view rays airlight is computed.
+    pub sampling: Sampling,
+}
+
+impl Candidate {
+    /// The largest error that is left to its technique where `target` is that of the picture: what is interpolated errs
+    /// by its own share.
+    pub fn left_of(&self, target: f64) -> f64 {
+        let own = self.sampling.adaptive().map_or(0.0, |adaptive| f64::from(adaptive.target_error));
+        (target * target - own * own).max(0.0).sqrt()
+    }
 }
 
 /// All that can make the frame, in no order.
 ///
 /// `froxels` is what a host would fill for any medium and number of views; a frame without a hierarchy has none.
-/// Blocks of pixels ([`Frame::scattering_scale`](crate::Frame::scattering_scale)) are none: their error at depth edges
-/// depends on the picture, and nothing bounds it.
+/// Each technique by ray is there for every pixel and for those around which airlight changes. Blocks of pixels
+/// ([`Sampling::Blocks`]) are not: their error at depth edges depends on the picture, and nothing bounds it.
 pub fn candidates(facts: &Facts<'_>, froxels: Option<Froxels>) -> Vec<Candidate> {
-    let by_map = |technique| Candidate { technique, rays: false };
+    let mut all = of_every_pixel(facts, froxels);
+    if facts.is_shadowed() {
+        let side = (facts.pixels as f64 / f64::from(facts.views.max(1))).sqrt() as u32;
+        let adaptive = Adaptive::new(ADAPTIVE_SHARE * facts.target_error, (side, side));
+        let by_ray = |candidate: &&Candidate| {
+            !matches!(candidate.technique, Technique::LightVolume { .. } | Technique::Froxels(_))
+        };
+        let sampling = Sampling::Adaptive(adaptive);
+        let few: Vec<Candidate> =
+            all.iter().filter(by_ray).map(|candidate| Candidate { sampling, ..*candidate }).collect();
+        all.extend(few);
+    }
+    all
+}
+
+fn of_every_pixel(facts: &Facts<'_>, froxels: Option<Froxels>) -> Vec<Candidate> {
+    let sampling = Sampling::Pixels;
+    let by_map = |technique| Candidate { technique, rays: false, sampling };
     let mut all = Vec::new();
     let mapped = facts.lights.iter().all(|light| !matches!(light.shadows, ShadowFacts::Rays));
     let closed = facts.lights.iter().all(|light| facts.medium.is_closed(light.kind));
@@ -57,7 +89,7 @@ pub fn candidates(facts: &Facts<'_>, froxels: Option<Froxels>) -> Vec<Candidate>
     let sources = [mapped, facts.casts_rays && facts.is_shadowed()];
     for (rays, _) in [false, true].into_iter().zip(sources).filter(|(_, there)| *there) {
         let march = |samples| Technique::BruteForce { samples, lookup: Lookup::Nearest };
-        all.extend(MARCH.into_iter().map(|samples| Candidate { technique: march(samples), rays }));
+        all.extend(MARCH.into_iter().map(|samples| Candidate { technique: march(samples), rays, sampling }));
         if takes_hybrid(facts) {
             // the GPU marches between faces in one dispatch, which shadow rays must fit into
             let most = if rays { 200 } else { u32::MAX };
@@ -66,11 +98,11 @@ pub fn candidates(facts: &Facts<'_>, froxels: Option<Froxels>) -> Vec<Candidate>
                 Technique::Hybrid(Hybrid { samples, lit_samples, ..Hybrid::default() })
             };
             let few = HYBRID.into_iter().filter(|samples| *samples <= most);
-            all.extend(few.map(|samples| Candidate { technique: hybrid(samples), rays }));
+            all.extend(few.map(|samples| Candidate { technique: hybrid(samples), rays, sampling }));
         }
     }
     if let Some(froxels) = froxels.filter(|_| facts.casts_rays || !facts.is_shadowed()) {
-        all.push(Candidate { technique: Technique::Froxels(froxels), rays: true });
+        all.push(Candidate { technique: Technique::Froxels(froxels), rays: true, sampling });
     }
     all
 }

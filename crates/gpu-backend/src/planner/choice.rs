@@ -3,7 +3,7 @@
 use froxel_grid::Froxels;
 
 use super::{Candidate, Costs, Facts, LightFacts, ShadowFacts, candidates, usual_error};
-use crate::{MAX_LIGHTS, Technique};
+use crate::{MAX_LIGHTS, Sampling, Technique};
 
 /// What a frame is made with.
 #[derive(Debug, Clone, PartialEq)]
@@ -13,6 +13,8 @@ pub struct Choice {
     pub technique: Technique,
     /// Whether shadows are asked of a hierarchy instead of a map.
     pub rays: bool,
+    /// For which view rays airlight is computed.
+    pub sampling: Sampling,
     /// Why, for each light in order.
     pub reasons: Vec<String>,
     /// Predicted time of the frame's fog; units: ms.
@@ -63,6 +65,7 @@ pub fn choose_by(
     Choice {
         technique: candidate.technique,
         rays: candidate.rays,
+        sampling: candidate.sampling,
         reasons: facts.lights.iter().map(|light| reason(facts, light, &candidate)).collect(),
         predicted_ms: ms,
         predicted_error: error,
@@ -73,6 +76,7 @@ pub fn choose_by(
 const MARCH_OF_NOTHING: Candidate = Candidate {
     technique: Technique::BruteForce { samples: 1, lookup: crate::Lookup::Nearest },
     rays: false,
+    sampling: Sampling::Pixels,
 };
 
 /// Why a light is treated as it is.
@@ -108,7 +112,8 @@ pub fn reason(facts: &Facts<'_>, light: &LightFacts, candidate: &Candidate) -> S
             format!("a march of {samples} steps is the cheapest {within}")
         }
     };
-    format!("{name}: {why}")
+    let few = if candidate.sampling.adaptive().is_some() { ", where airlight changes" } else { "" };
+    format!("{name}: {why}{few}")
 }
 
 #[cfg(test)]

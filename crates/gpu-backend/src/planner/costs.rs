@@ -41,11 +41,13 @@ pub enum Operation {
     TreeTexel,
     /// A froxel under a light, its shadow included.
     Froxel,
+    /// A pixel of a picture of which few rays are traced: its error is estimated, and it is interpolated.
+    Interpolation,
 }
 
 impl Operation {
     /// All of them, in the order of [`Costs`]' columns.
-    pub const ALL: [Self; 17] = [
+    pub const ALL: [Self; 18] = [
         Self::Pass,
         Self::ClosedForm,
         Self::Walk,
@@ -63,11 +65,24 @@ impl Operation {
         Self::VolumeTexel,
         Self::TreeTexel,
         Self::Froxel,
+        Self::Interpolation,
     ];
 }
 
 /// Pieces between a picture's texels, as many as a ray meets that walks over the map behind it.
 const PICTURE_PIECES: f64 = 100.0;
+
+/// Passes of adaptive sampling, beside those that trace.
+const ADAPTIVE_PASSES: f64 = 12.0;
+
+/// Share of a picture's rays that is usually traced for a target error.
+fn traced_share(target: f64) -> f64 {
+    (TRACED_AT_ONE_PERCENT * (0.01 / target).powf(TRACED_GROWTH)).min(1.0)
+}
+
+/// Its value for 1 %, and the exponent with which it grows.
+const TRACED_AT_ONE_PERCENT: f64 = 0.2;
+const TRACED_GROWTH: f64 = 0.4;
 
 /// Nanoseconds of each operation on a device, by kind of light: columns as [`LightKind::ALL`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -104,6 +119,7 @@ impl Costs {
             [35.0, 35.0, 71.0],     // VolumeTexel
             [2.0, 2.0, 2.0],        // TreeTexel
             [343.0, 451.0, 379.0],  // Froxel
+            [30.0, 30.0, 30.0],     // Interpolation
         ],
         scale: 1.0,
     };
@@ -140,16 +156,21 @@ fn operations(
     candidate: &Candidate,
 ) -> impl Iterator<Item = (Operation, f64)> {
     use Operation as Op;
-    let rays = facts.pixels as f64;
+    let pixels = facts.pixels as f64;
+    let adaptive = candidate.sampling.adaptive();
+    let rays = pixels * adaptive.map_or(1.0, |adaptive| traced_share(f64::from(adaptive.target_error)));
     let closed = facts.medium.is_closed(light.kind) && !light.textured;
     let (side, changed) = light.map().map_or((0.0, false), |map| (f64::from(map.side), map.changed));
     let texels = side * side * f64::from(light.kind.faces());
     let made = if changed { texels } else { 0.0 };
     let views = f64::from(facts.views);
     let mut all = Vec::new();
+    if adaptive.is_some() {
+        all.extend([(Op::Pass, ADAPTIVE_PASSES * views), (Op::Interpolation, pixels)]);
+    }
     match candidate.technique {
         Technique::Froxels(froxels) => {
-            let tiles = rays / f64::from(froxels.tile * froxels.tile);
+            let tiles = pixels / f64::from(froxels.tile * froxels.tile);
             all.push((Op::Pass, 5.0 * views));
             all.push((Op::Froxel, tiles * f64::from(froxels.slices)));
         }

@@ -26,7 +26,9 @@ const VARYING_HYBRID: f64 = 0.6;
 /// scenes are below, measured by `cargo xtask repro pareto`.
 pub fn usual_error(facts: &Facts<'_>, candidate: &Candidate) -> f64 {
     let of_light = |light: &LightFacts| error_of_light(facts, light, candidate);
-    facts.lights.iter().map(of_light).fold(0.0, f64::max)
+    let own = facts.lights.iter().map(of_light).fold(0.0, f64::max);
+    let between = candidate.sampling.adaptive().map_or(0.0, |adaptive| f64::from(adaptive.target_error));
+    own.hypot(between)
 }
 
 fn error_of_light(facts: &Facts<'_>, light: &LightFacts, candidate: &Candidate) -> f64 {
