@@ -27,7 +27,7 @@ const FEW_RAYS: f64 = 576.0;
 const CONVERGED: u32 = 2048;
 
 /// Standard errors between what is found on few rays and what is taken for the picture's error.
-const MARGIN: f64 = 2.0;
+const MARGIN: f64 = 3.0;
 
 /// An error as a share of what the shadows change.
 #[derive(Debug, Clone, Copy, PartialEq)]

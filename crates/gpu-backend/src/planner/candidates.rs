@@ -15,9 +15,9 @@ const HYBRID: [u32; 7] = [4, 8, 16, 32, 64, 128, 256];
 /// Thresholds of quadtrees around what a light reaches, as shares of the casters' diagonal.
 const THRESHOLDS: [f32; 2] = [1e-2, 1e-3];
 
-/// Share of the target that interpolation may err by where few rays are traced; the squares of this and of the
-/// technique's own make up the whole.
-const ADAPTIVE_SHARE: f32 = 0.8;
+/// What interpolation is allowed to err by where few rays are traced, as shares of the target: with something left for
+/// the technique's own error whatever the picture, and as much as usually does no harm ([`usual_error`](super::usual_error())).
+const ADAPTIVE_SHARES: [f32; 2] = [0.8, 1.5];
 
 /// One way to make a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,15 +30,6 @@ pub struct Candidate {
     pub sampling: Sampling,
 }
 
-impl Candidate {
-    /// The largest error that is left to its technique where `target` is that of the picture: what is interpolated errs
-    /// by its own share.
-    pub fn left_of(&self, target: f64) -> f64 {
-        let own = self.sampling.adaptive().map_or(0.0, |adaptive| f64::from(adaptive.target_error));
-        (target * target - own * own).max(0.0).sqrt()
-    }
-}
-
 /// All that can make the frame, in no order.
 ///
 /// `froxels` is what a host would fill for any medium and number of views; a frame without a hierarchy has none.
@@ -48,14 +39,14 @@ pub fn candidates(facts: &Facts<'_>, froxels: Option<Froxels>) -> Vec<Candidate>
     let mut all = of_every_pixel(facts, froxels);
     if facts.is_shadowed() {
         let side = (facts.pixels as f64 / f64::from(facts.views.max(1))).sqrt() as u32;
-        let adaptive = Adaptive::new(ADAPTIVE_SHARE * facts.target_error, (side, side));
-        let by_ray = |candidate: &&Candidate| {
+        let by_ray = |candidate: &Candidate| {
             !matches!(candidate.technique, Technique::LightVolume { .. } | Technique::Froxels(_))
         };
-        let sampling = Sampling::Adaptive(adaptive);
-        let few: Vec<Candidate> =
-            all.iter().filter(by_ray).map(|candidate| Candidate { sampling, ..*candidate }).collect();
-        all.extend(few);
+        let whole: Vec<Candidate> = all.iter().copied().filter(by_ray).collect();
+        for share in ADAPTIVE_SHARES {
+            let sampling = Sampling::Adaptive(Adaptive::new(share * facts.target_error, (side, side)));
+            all.extend(whole.iter().map(|candidate| Candidate { sampling, ..*candidate }));
+        }
     }
     all
 }

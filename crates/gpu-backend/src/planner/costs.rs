@@ -81,7 +81,7 @@ fn traced_share(target: f64) -> f64 {
 }
 
 /// Its value for 1 %, and the exponent with which it grows.
-const TRACED_AT_ONE_PERCENT: f64 = 0.2;
+const TRACED_AT_ONE_PERCENT: f64 = 0.3;
 const TRACED_GROWTH: f64 = 0.4;
 
 /// Nanoseconds of each operation on a device, by kind of light: columns as [`LightKind::ALL`].
@@ -99,7 +99,7 @@ impl Costs {
     /// files, with a speed of its own for each set-up, since others used the machine; half of the predictions are
     /// within 20 % of such a set-up's times, nine in ten within a factor of two. The whole is scaled so that a step takes
     /// what it does in `repro map-traversal --preset standard` on an idle machine, 3 ns. Passes, closed forms, varying
-    /// steps, shadow rays and silhouettes come from single measurements, and are rougher.
+    /// steps, shadow rays, silhouettes and what adaptive sampling adds come from single measurements, and are rougher.
     pub const SOFTWARE: Self = Self {
         nanoseconds: [
             [3e5, 3e5, 3e5],        // Pass
@@ -119,7 +119,7 @@ impl Costs {
             [35.0, 35.0, 71.0],     // VolumeTexel
             [2.0, 2.0, 2.0],        // TreeTexel
             [343.0, 451.0, 379.0],  // Froxel
-            [30.0, 30.0, 30.0],     // Interpolation
+            [60.0, 60.0, 60.0],     // Interpolation
         ],
         scale: 1.0,
     };
