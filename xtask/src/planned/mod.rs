@@ -197,7 +197,9 @@ pub(crate) fn plan(setup: &Setup, bvh: &Bvh, base: &Options, wish: &Wish, device
     let mut best: Option<(Candidate, Estimate, f64)> = None;
     let mut trials = Trials::default();
     for candidate in all {
-        if free && analytic && device == Device::SoftwareGpu && candidate.predicted_ms > pilot.exact_ms {
+        let slower = device == Device::SoftwareGpu && candidate.predicted_ms > pilot.exact_ms;
+        // a closed form is one anywhere
+        if free && analytic && slower && candidate.usual_error > 0.0 {
             break;
         }
         if !trials.allow(&mut pilot, &candidate, target_error)? {
