@@ -96,8 +96,8 @@ impl Found {
 struct Plan {
     side: u32,
     map: u32,
-    /// Pixels along the side of a froxel in place of one for each pixel.
-    tile: u32,
+    /// Pixels along the side of a froxel, and of one that stands for a value at each pixel.
+    tiles: [u32; 2],
     setups: &'static [(&'static str, LightKind)],
 }
 
@@ -107,11 +107,11 @@ impl Plan {
         const HALL: (&str, LightKind) = ("sponza", LightKind::Spot);
         const ALL: &[(&str, LightKind)] = &[POINT, HALL, ("sponza", LightKind::Point)];
         match context.preset {
-            Preset::Smoke => Self { side: 32, map: 32, tile: 1, setups: &[POINT] },
-            _ if context.gpu.is_none() => Self { side: 64, map: 64, tile: 1, setups: &[POINT] },
-            Preset::Quick => Self { side: 128, map: 128, tile: 1, setups: &[POINT, HALL] },
-            Preset::Standard => Self { side: 256, map: 256, tile: 1, setups: ALL },
-            Preset::Paper => Self { side: 1024, map: 512, tile: 2, setups: ALL },
+            Preset::Smoke => Self { side: 32, map: 32, tiles: [2, 1], setups: &[POINT] },
+            _ if context.gpu.is_none() => Self { side: 64, map: 64, tiles: [2, 1], setups: &[POINT] },
+            Preset::Quick => Self { side: 128, map: 128, tiles: [2, 1], setups: &[POINT, HALL] },
+            Preset::Standard => Self { side: 512, map: 256, tiles: [4, 2], setups: ALL },
+            Preset::Paper => Self { side: 1024, map: 512, tiles: [8, 2], setups: ALL },
         }
     }
 }
@@ -130,7 +130,7 @@ pub(super) fn run(context: &Context) -> Outcome<Section> {
         tracing::info!("{title}");
         let range = froxels::range(&setup, &Bvh::build(&setup.scene).map_err(Failure::program)?);
         let mut options = Options { max_distance: range.into(), ..base(plan.side, plan.map) };
-        options.froxels.range = Some(range);
+        (options.froxels.range, options.froxels.tile) = (Some(range), plan.tiles[0]);
         let mut arena = Arena::new(title, setup, options)?;
         let parts = measure(context, &mut arena, parts(&plan, &options, context.gpu.is_some()))?;
         found.rows.extend(parts.iter().map(|part| row(&arena, part)));
@@ -143,8 +143,8 @@ pub(super) fn run(context: &Context) -> Outcome<Section> {
     }
     found.checks = checks(&all);
     found.notes = vec![
-        format!("Pictures are {0}×{0}, airlight only, in the thin medium, up to the range of the froxels. Marches have {SAMPLES} steps for blocks of {SCALE}×{SCALE} pixels and look up a map of {1}² texels (of each face under a point light); froxels are 8 pixels wide and 128 slices deep.", plan.side, plan.map),
-        format!("Each source is made exact by itself, the others stay: shadow rays in place of a march's map and of voxels; a map {FINER} times as fine a side where the technique is made of its map; all cells in place of a quadtree; {MORE_SAMPLES} times the steps (and {MORE_BISECTIONS} bisections of the hybrid's boundaries), {MORE_SLICES} slices; a value for each pixel, or froxels of {} pixels; the CPU's f64 in place of the GPU's f32 (marches have f64 distances there and f32 closed forms). A source that cannot be made exact alone is missing: the exact traversal and light volumes integrate in closed form, and froxels are f32 on both devices.", plan.tile),
+        format!("Pictures are {0}×{0}, airlight only, in the thin medium, up to the range of the froxels. Marches have {SAMPLES} steps for blocks of {SCALE}×{SCALE} pixels and look up a map of {1}² texels (of each face under a point light); froxels are {2} pixels wide and 128 slices deep.", plan.side, plan.map, plan.tiles[0]),
+        format!("Each source is made exact by itself, the others stay: shadow rays in place of a march's map and of voxels; a map {FINER} times as fine a side where the technique is made of its map; all cells in place of a quadtree; {MORE_SAMPLES} times the steps (and {MORE_BISECTIONS} bisections of the hybrid's boundaries), {MORE_SLICES} slices; a value for each pixel, or froxels of {} px; the CPU's f64 in place of the GPU's f32 (marches have f64 distances there and f32 closed forms). A source that cannot be made exact alone is missing: the exact traversal and light volumes integrate in closed form, and froxels are f32 on both devices.", plan.tiles[1]),
         "An amount is how far making the source exact moves the picture, as a share of what shadows change. Amounts are lengths of differences and need not add up; where two sources cancel, the error can grow as one of them goes.".into(),
     ];
     found.notes.extend(clock_note(context));
@@ -161,10 +161,9 @@ fn parts(plan: &Plan, base: &Options, on_gpu: bool) -> Vec<Part> {
             if on_cpu && !on_gpu {
                 return;
             }
-            let what = exact
-                .as_ref()
-                .map_or("as it is".to_owned(), |(source, to)| format!("{}: {to}", source.name()));
-            let setting = Setting::new(format!("{}, {what}", technique.name()), runs, options);
+            let what = exact.as_ref().map(|(source, to)| format!(", {}: {to}", source.name()));
+            let name = format!("{}{}", technique.name(), what.unwrap_or_default());
+            let setting = Setting::new(name, runs, options);
             parts.push(Part { technique, exact, setting, on_cpu });
         };
     let f64s = |text: &str| Some((Source::Precision, text.to_owned()));
@@ -201,7 +200,7 @@ fn parts(plan: &Plan, base: &Options, on_gpu: bool) -> Vec<Part> {
 
     let (mut deep, mut narrow) = (*base, *base);
     deep.froxels.slices = MORE_SLICES;
-    narrow.froxels.tile = plan.tile;
+    narrow.froxels.tile = plan.tiles[1];
     for technique in [Technique::Froxel, Technique::SharedGrid] {
         add(technique, None, technique, *base);
         if technique == Technique::SharedGrid {
@@ -213,7 +212,7 @@ fn parts(plan: &Plan, base: &Options, on_gpu: bool) -> Vec<Part> {
             );
         }
         add(technique, Some((Source::Integration, format!("{MORE_SLICES} slices"))), technique, deep);
-        let to = format!("froxels of {} px", plan.tile);
+        let to = format!("froxels of {} px", plan.tiles[1]);
         add(technique, Some((Source::Upsampling, to)), technique, narrow);
     }
     parts
@@ -249,8 +248,7 @@ fn row(arena: &Arena, found: &Found) -> Row {
     let mut row = found.measured.row(&arena.title, arena.triangles());
     row.technique = found.part.technique.name();
     if let Some((source, to)) = &found.part.exact {
-        row.params.insert("exact".into(), source.name().into());
-        row.params.insert("by".into(), to.as_str().into());
+        row.params.insert("exact".into(), format!("{} ({to})", source.name()).into());
     }
     if found.part.on_cpu {
         row.params.insert("backend".into(), "cpu".into());
@@ -297,19 +295,22 @@ fn table(title: &str, all: &[Found]) -> Table {
 fn bars(title: &str, all: &[Found]) -> Bars {
     let mut bars = Vec::new();
     for found in all {
+        let time = report::time(found.measured.ms());
         match (&found.part.exact, found.amount) {
             (None, _) => {
                 bars.push(Bar { label: found.part.technique.name(), parts: Vec::new() });
-                bars.push(Bar::plain("whole error", found.error()));
+                bars.push(Bar::plain(format!("whole error, {time}"), found.error()));
             }
-            (Some((source, _)), Some(amount)) => bars.push(Bar::plain(source.name(), amount)),
+            (Some((source, _)), Some(amount)) => {
+                bars.push(Bar::plain(format!("{}, {time}", source.name()), amount));
+            }
             (Some(_), None) => {}
         }
     }
     Bars {
         file: format!("{}-budget.svg", slug(title)),
         title: format!("{title}: what errors are made of"),
-        caption: "For each technique its whole error, and how far making one source exact moves the picture; both as shares of what shadows change. The table above has the times.".into(),
+        caption: "For each technique its whole error, and how far making one source exact moves the picture; both as shares of what shadows change. Times are those of the pictures, with the source made exact.".into(),
         quantity: Quantity::Error,
         bars,
     }

@@ -1,5 +1,7 @@
 //! What a frame's time is made of, and how much memory it holds: from the rows of any experiment.
 
+use serde_json::Value;
+
 use super::bars::{Bar, Bars, Quantity};
 use super::data::Row;
 use super::number;
@@ -128,16 +130,17 @@ fn label(row: &Row, rows: &[&Row]) -> String {
     }
 }
 
-/// The parameters in which a row differs from one that has its scene, technique and number of viewers; measured
-/// figures among them, which only this row has, are left out.
+/// The parameters in which a row differs from one that has its scene, technique and number of viewers, and the words
+/// that only some of those have; measured figures among them are left out.
 fn told_apart(row: &Row, rows: &[&Row]) -> String {
     let alike = |other: &&&Row| {
         (&other.scene, &other.technique, other.viewers) == (&row.scene, &row.technique, row.viewers)
     };
-    let differs = |name: &String, value: &serde_json::Value| {
-        rows.iter().filter(alike).any(|other| other.params.get(name) != Some(value))
+    let differs = |name: &String, value: &Value| {
+        let from = |other: &&Row| other.params.get(name).map_or(!value.is_number(), |theirs| theirs != value);
+        rows.iter().filter(alike).any(from)
     };
-    let setting = |value: &serde_json::Value| !value.is_f64();
+    let setting = |value: &Value| !value.is_f64();
     pairs(row.params.iter().filter(|(name, value)| setting(value) && differs(name, value)))
 }
 

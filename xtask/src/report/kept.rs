@@ -235,6 +235,7 @@ mod tests {
         expected.extend(
             places.iter().flat_map(|place| ["data.json", "table.txt"].map(|file| format!("{place}/{file}"))),
         );
+        expected.sort();
         assert_eq!(files(&folder), expected);
 
         let text = fs::read_to_string(folder.join("software-llvm-15/one/data.json")).unwrap();

@@ -103,7 +103,8 @@ fn plot_caption(plot: &Plot) -> String {
 /// A figure's numbers, at first hidden unless `open`.
 fn numbers(page: &mut String, table: &Table, open: bool) {
     let open = if open { " open" } else { "" };
-    let _ = writeln!(page, "<details{open}>\n<summary>In numbers: {}</summary>", Escaped(&table.title));
+    let what = table.title.trim_start_matches("Numbers of: ");
+    let _ = writeln!(page, "<details{open}>\n<summary>In numbers: {}</summary>", Escaped(what));
     table.html(page);
     page.push_str("</details>\n");
 }

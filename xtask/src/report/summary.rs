@@ -88,7 +88,7 @@ pub(super) fn all_claims(page: &mut String, sections: &[Section]) {
             continue;
         }
         let _ = writeln!(page, "<h3>{}</h3>", Escaped(paper));
-        let title = format!("{}: {} of {} hold", paper, tally.hold, tally.all());
+        let title = format!("{} of {} claims hold", tally.hold, tally.all());
         rows::claims(&title, here().flat_map(claims_of)).html(page);
     }
     page.push_str("</section>\n");

@@ -21,6 +21,9 @@ pub(crate) struct Table {
     pub(super) links: Option<(usize, Vec<String>)>,
 }
 
+/// Letters up to which a text is not broken into lines.
+const ONE_LINE: usize = 24;
+
 /// Columns up to which a table fits an upright page.
 const UPRIGHT: usize = 8;
 
@@ -143,7 +146,8 @@ impl Table {
         // writing to a string cannot fail
         let _ = writeln!(
             page,
-            "<div class=\"scroll{wide}\" role=\"region\" tabindex=\"0\" aria-label=\"{title}\">\n<table>\n<caption>{title}</caption>"
+            "<div class=\"scroll{wide}\" role=\"region\" tabindex=\"0\" aria-label=\"{title}\">\n<table>\n\
+             <caption><span>{title}</span></caption>"
         );
         page.push_str("<thead><tr>");
         for column in &self.columns {
@@ -159,6 +163,9 @@ impl Table {
                 let look = match cell {
                     "holds" => " class=\"holds\"",
                     "does not hold" | "not measured" => " class=\"fails\"",
+                    text if column.align == Align::Left && text.chars().count() > ONE_LINE => {
+                        " class=\"words\""
+                    }
                     _ => class(column.align),
                 };
                 let link =
@@ -237,7 +244,7 @@ mod tests {
         sample().html(&mut html);
         assert!(html.contains("<th scope=\"row\">a&lt;b</th>"), "{html}");
         assert_eq!(html.matches("<td").count(), 4, "short rows are filled up: {html}");
-        assert!(html.contains("<caption>Times</caption>"), "{html}");
+        assert!(html.contains("<caption><span>Times</span></caption>"), "{html}");
     }
 
     #[test]
