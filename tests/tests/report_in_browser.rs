@@ -132,7 +132,7 @@ fn check_picture((width, height, pixels): (u32, u32, Vec<[u8; 3]>), wanted: (u32
 fn the_report_in_a_browser() {
     let Some(browser) = Browser::find() else { return };
     let desk = Desk::default();
-    desk.done("repro airlight-accuracy error-budget grid-fig13 --preset smoke --backend cpu --out out/r");
+    desk.done("repro error-budget grid-fig11 grid-fig13 --preset smoke --backend cpu --out out/r");
     let report = std::fs::read_to_string(desk.path("out/r/report.html")).unwrap();
     assert!(!report.contains("<script"), "the report needs no script");
     desk.write("out/probed.html", report.replace("</body>", &format!("{PROBE}</body>")));

@@ -107,10 +107,10 @@ impl Plan {
         const HALL: (&str, LightKind) = ("sponza", LightKind::Spot);
         const ALL: &[(&str, LightKind)] = &[POINT, HALL, ("sponza", LightKind::Point)];
         match context.preset {
-            Preset::Smoke => Self { side: 32, map: 32, tiles: [2, 1], setups: &[POINT] },
-            _ if context.gpu.is_none() => Self { side: 64, map: 64, tiles: [2, 1], setups: &[POINT] },
-            Preset::Quick => Self { side: 128, map: 128, tiles: [2, 1], setups: &[POINT, HALL] },
-            Preset::Standard => Self { side: 512, map: 256, tiles: [4, 2], setups: ALL },
+            Preset::Smoke => Self { side: 32, map: 32, tiles: [4, 2], setups: &[POINT] },
+            _ if context.gpu.is_none() => Self { side: 64, map: 64, tiles: [4, 2], setups: &[POINT] },
+            Preset::Quick => Self { side: 128, map: 128, tiles: [4, 2], setups: &[POINT, HALL] },
+            Preset::Standard => Self { side: 512, map: 256, tiles: [8, 4], setups: ALL },
             Preset::Paper => Self { side: 1024, map: 512, tiles: [8, 2], setups: ALL },
         }
     }

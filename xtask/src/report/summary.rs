@@ -44,6 +44,7 @@ pub(super) fn summary(page: &mut String, sections: &[Section], run: &RunInfo) {
         ("not measured", tally.not_measured, "quiet"),
         ("experiments", sections.len(), ""),
     ] {
+        let look = if count == 0 { "quiet" } else { look };
         let _ = writeln!(page, "<div class=\"{look}\"><dt>{name}</dt><dd>{count}</dd></div>");
     }
     page.push_str("</dl>\n");
