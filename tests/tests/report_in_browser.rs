@@ -1,4 +1,9 @@
 //! The report of `repro` as a browser shows it: on a wide window, on a phone, printed, without a network.
+#![expect(
+    clippy::unwrap_used,
+    clippy::panic,
+    reason = "helpers of a test, which clippy does not take for tests"
+)]
 
 use airlight_tests::browser::Browser;
 use airlight_tests::cli::Desk;
