@@ -9,6 +9,7 @@
     reason = "helpers of tests, which clippy does not take for tests"
 )]
 
+pub mod browser;
 pub mod cases;
 pub mod cli;
 pub mod glb;
