@@ -1,5 +1,6 @@
 //! `error-budget`: what the error of each technique is made of, one source after the other made exact.
 
+use hybrid_march::Sampling;
 use scene::Bvh;
 
 use super::measure::{Arena, Measured, Setting, base};
@@ -169,7 +170,7 @@ fn parts(plan: &Plan, base: &Options, on_gpu: bool) -> Vec<Part> {
     let f64s = |text: &str| Some((Source::Precision, text.to_owned()));
     let finer = Some((Source::Visibility, format!("map {}²", FINER * plan.map)));
 
-    let march = Options { samples: Some(SAMPLES), scattering_scale: SCALE, ..*base };
+    let march = Options { samples: Some(SAMPLES), sampling: Sampling::blocks(SCALE), ..*base };
     for technique in [Technique::BruteForce, Technique::Hybrid] {
         let steps = MORE_SAMPLES * SAMPLES;
         let mut converged = Options { samples: Some(steps), ..march };
@@ -178,7 +179,7 @@ fn parts(plan: &Plan, base: &Options, on_gpu: bool) -> Vec<Part> {
         let rays = Options { visibility: VisibilitySource::Bvh, ..march };
         add(technique, Some((Source::Visibility, "shadow rays".into())), technique, rays);
         add(technique, Some((Source::Integration, format!("{steps} steps"))), technique, converged);
-        let every = Options { scattering_scale: 1, ..march };
+        let every = Options { sampling: Sampling::Pixels, ..march };
         add(technique, Some((Source::Upsampling, "every pixel".into())), technique, every);
         add(technique, f64s("f64 distances, on the CPU"), technique, march);
     }
