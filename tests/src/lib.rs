@@ -11,6 +11,7 @@
 
 pub mod cases;
 pub mod cli;
+pub mod fuzzed;
 pub mod glb;
 pub mod gold;
 pub mod picture;
