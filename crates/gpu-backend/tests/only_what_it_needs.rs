@@ -191,7 +191,8 @@ fn one_viewer_has_no_shared_grid() {
     let (stage, range) = hall();
     let bvh = hierarchy(&gpu, &stage);
     let reference = Froxels { slices: 32, ..Froxels::new(range) };
-    let shared = reference.with_grid(SharedGrid::marked(range / 60.0));
+    let near = Near::Frustum { side: 2, slices: 10 };
+    let shared = reference.with_grid(SharedGrid { near, ..SharedGrid::marked(range / 60.0) });
     let (one, two) = (vec![stage.ends_f32()], vec![stage.ends_f32(); 2]);
     let mut fog = fog(&gpu);
     let (alone, counts) = froxel_stats(&gpu, &mut fog, &stage, Some(&bvh), &one, reference);
@@ -296,7 +297,7 @@ fn a_voxel_that_nothing_reads_is_not_traced() {
     let marked = SharedGrid { near, ..SharedGrid::marked(range / 60.0) };
     let in_sight = SharedGrid { update: Update::InFrustums { alternate: false }, ..marked };
     let slices = Slices::new(&froxels);
-    let mut counts = |slice: u32, grid| {
+    let counts = |slice: u32, grid| {
         let ends = [vec![slices.distance(slice, 0.5); stage.ends.len()]];
         froxel_stats(&gpu, &mut fog(&gpu), &stage, Some(&bvh), &ends, froxels.with_grid(grid)).1
     };
