@@ -376,12 +376,12 @@ fn tables(case: &mut Case<'_>, show: &Show) -> Result<()> {
         if let Ok(table) = &printed {
             let cos_gamma = to_light.dot(ray.direction) / distance;
             let value = table.airlight(intensity, cos_gamma, from, to);
-            assert!(case.wild || distance == 0.0 || value.is_finite(), "frame table: {value}");
+            assert!(case.wild || value.is_finite(), "frame table: {value}");
         }
         if let Ok(table) = &angles {
             let foot = Foot::new(to_light.to_array(), ray.direction.to_array());
             let value = table.airlight(intensity, &foot, from, end);
-            assert!(case.wild || distance == 0.0 || value.is_finite(), "angle table: {value}");
+            assert!(case.wild || value.is_finite(), "angle table: {value}");
         }
     }
     Ok(())

@@ -195,7 +195,8 @@ impl<T: Real> FrameTable<T> {
     /// A₀ grows without bound towards cos γ = ±1; the outermost columns are read half an entry inside.
     ///
     /// # Errors
-    /// [`TableError::Size`] unless 2 ≤ `size` ≤ 16384.
+    /// [`TableError::Size`] unless 2 ≤ `size` ≤ 16384; [`TableError::Value`] if a coefficient is negative or not finite, or
+    /// a distance not positive and finite.
     pub fn new(
         size: usize,
         sigma_s: f64,
@@ -203,6 +204,8 @@ impl<T: Real> FrameTable<T> {
         light_distance: f64,
         x_max: f64,
     ) -> Result<Self, TableError> {
+        check_problem(sigma_s, sigma_t, light_distance)?;
+        check_distance("an end", x_max)?;
         let inset = 1.0 - 1.0 / size.max(2) as f64;
         let grid = Grid::new(size, |w, x| {
             let cos_gamma = (2.0 * w - 1.0).clamp(-inset, inset);
@@ -219,6 +222,24 @@ impl<T: Real> FrameTable<T> {
         };
         intensity * (at(x1) - at(x0))
     }
+}
+
+fn check_distance(name: &'static str, value: f64) -> Result<(), TableError> {
+    if value > 0.0 && value.is_finite() {
+        Ok(())
+    } else {
+        Err(TableError::Value { name, value, needed: "positive and finite, in metres" })
+    }
+}
+
+/// Coefficients and a distance for which airlight is defined.
+fn check_problem(sigma_s: f64, sigma_t: f64, light_distance: f64) -> Result<(), TableError> {
+    for (name, value) in [("a sigma_s", sigma_s), ("a sigma_t", sigma_t)] {
+        if !(value >= 0.0 && value.is_finite()) {
+            return Err(TableError::Value { name, value, needed: "at least 0 and finite" });
+        }
+    }
+    check_distance("a light's distance", light_distance)
 }
 
 /// A per-frame table like [`FrameTable`] without its singularity: a better parametrisation of the same lookup.
@@ -243,8 +264,10 @@ impl<T: Real> AngleTable<T> {
     /// eye; coefficients in m⁻¹.
     ///
     /// # Errors
-    /// [`TableError::Size`] unless 2 ≤ `size` ≤ 16384.
+    /// [`TableError::Size`] unless 2 ≤ `size` ≤ 16384; [`TableError::Value`] if a coefficient is negative or not finite, or
+    /// the distance not positive and finite.
     pub fn new(size: usize, sigma_s: f64, sigma_t: f64, light_distance: f64) -> Result<Self, TableError> {
+        check_problem(sigma_s, sigma_t, light_distance)?;
         // with unit scattering, so that a medium that only absorbs has a table too
         let medium =
             HomogeneousMedium::with_extinction(1.0, sigma_t).map_err(|_| TableError::Size { size })?;
@@ -343,6 +366,17 @@ mod tests {
         assert!(error(256, Interpolation::Bicubic) < 1e-5);
         let exact_f = literal_airlight(0.05, 0.07, 1.0, &foot, 0.0, 12.0, sun_f);
         assert!((exact_f / exact - 1.0).abs() < 1e-13);
+    }
+
+    #[test]
+    fn tables_of_nonsense_are_refused() {
+        let frame = |s, t, d, end| FrameTable::<f32>::new(8, s, t, d, end);
+        assert!(frame(0.1, 0.2, 3.0, 20.0).is_ok() && frame(0.0, 0.0, 3.0, 20.0).is_ok());
+        assert!(matches!(frame(0.1, 0.2, 3.0, 0.0), Err(TableError::Value { name: "an end", .. })));
+        for (s, t, d, end) in [(-0.1, 0.2, 3.0, 9.0), (0.1, f64::NAN, 3.0, 9.0), (0.1, 0.2, 0.0, 9.0)] {
+            assert!(frame(s, t, d, end).is_err() && AngleTable::<f32>::new(8, s, t, d).is_err());
+        }
+        assert!(frame(0.1, 0.2, 3.0, f64::INFINITY).is_err());
     }
 
     #[test]
