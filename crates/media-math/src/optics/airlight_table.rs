@@ -279,7 +279,9 @@ impl<T: Real> AngleTable<T> {
     /// Airlight between distances `x0` and `x1` (m, the second may be infinite) of an isotropic medium, for the ray that
     /// passes the light at `foot`.
     pub fn airlight(&self, intensity: T, foot: &Foot<T>, x0: T, x1: T) -> T {
-        let (distance, h) = (T::lit(self.light_distance), foot.h);
+        let distance = T::lit(self.light_distance);
+        // a ray along the way from the light has no angle at all
+        let h = foot.h.max(T::lit(LEAST_ANGLE) * distance);
         let gamma = h.atan2(foot.x_foot);
         let whole = T::PI() - gamma;
         // ψ M at a distance
@@ -296,10 +298,13 @@ impl<T: Real> AngleTable<T> {
     }
 }
 
+/// Nearest that γ comes to 0 and π; units: rad.
+const LEAST_ANGLE: f64 = 1e-6;
+
 /// M at shares of γ in [0, π] and of ψ in [0, π − γ], in a medium of unit scattering.
 fn mean_over_angle<T: Real>(medium: &HomogeneousMedium<T>, light_distance: T, column: T, row: T) -> T {
     // on the axis itself the angle is 0 or π at once: a little beside it the mean is the same
-    let least = T::lit(1e-6);
+    let least = T::lit(LEAST_ANGLE);
     let gamma = (column * T::PI()).max(least).min(T::PI() - least);
     let foot = Foot { x_foot: light_distance * gamma.cos(), h: light_distance * gamma.sin() };
     let psi = row * (T::PI() - gamma);
@@ -366,6 +371,20 @@ mod tests {
         assert!(error(256, Interpolation::Bicubic) < 1e-5);
         let exact_f = literal_airlight(0.05, 0.07, 1.0, &foot, 0.0, 12.0, sun_f);
         assert!((exact_f / exact - 1.0).abs() < 1e-13);
+    }
+
+    #[test]
+    fn an_angle_table_is_finite_on_the_axis() {
+        let table = AngleTable::<f64>::new(64, 0.05, 0.07, 5.0).unwrap();
+        let medium = HomogeneousMedium::new(0.05, 0.02).unwrap();
+        // straight away from the light: there the integral is finite
+        let foot = Foot { x_foot: -5.0, h: 0.0 };
+        for end in [4.0, f64::INFINITY] {
+            let (got, exact) =
+                (table.airlight(3.0, &foot, 0.0, end), airlight_isotropic(&medium, 3.0, &foot, 0.0, end));
+            assert!((got / exact - 1.0).abs() < 0.01, "{got} {exact}");
+        }
+        assert!(table.airlight(3.0, &Foot { x_foot: 5.0, h: 0.0 }, 0.0, 9.0).is_finite());
     }
 
     #[test]
