@@ -12,6 +12,7 @@
 pub mod browser;
 pub mod cases;
 pub mod cli;
+pub mod fuzzed;
 pub mod glb;
 pub mod gold;
 pub mod picture;
