@@ -142,7 +142,10 @@ fn what_the_gpu_lacks_is_refused_there_and_done_elsewhere() {
     let Some(desk) = desk() else { return };
     let nine = " --point-light 0,2,0:9".repeat(9);
     all_right([
-        desk.misrefused(&format!("render {SCENE} -o out/x.npy --backend gpu"), "--backend gpu: exact"),
+        desk.misrefused(
+            &format!("render {SCENE} -o out/x.npy --backend gpu --technique exact"),
+            "--backend gpu: exact",
+        ),
         desk.misrefused(
             &format!("render {SCENE} -o out/x.npy --backend gpu --technique exact-shadow-map{nine}"),
             "9 lights",

@@ -125,7 +125,7 @@ pub(crate) fn render(
     let lit = match gpu {
         _ if options.airlight_only => None,
         // froxels take more lights than surfaces do there
-        Some(gpu) if setup.lights.len() <= MAX_LIGHTS => {
+        Some(gpu) if setup.lights.len() <= MAX_LIGHTS && !options.surfaces_on_cpu => {
             Some(surfaces_gpu::run(gpu, setup, bvh, &rays, options.size)?)
         }
         _ => Some(surfaces::run(setup, bvh, &rays, options)),

@@ -19,6 +19,7 @@ mod image_file;
 mod maps;
 mod metrics;
 mod output_file;
+mod planned;
 mod progress;
 mod render;
 mod report;

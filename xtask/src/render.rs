@@ -18,6 +18,7 @@ use crate::image_file;
 use crate::maps::{DEFAULT_SIDE, MapOptions, MapSurface};
 use crate::metrics;
 use crate::output_file;
+use crate::planned::{self, Device, Plan, Wish};
 use crate::report::data::Adapter;
 use crate::scene_args::{SceneArgs, Setup};
 use crate::technique::{self, FroxelOptions, Options, Technique, Tessellation, VisibilitySource};
@@ -123,13 +124,13 @@ impl Backend {
         self,
         adapter: Option<&str>,
         setup: &Setup,
-        techniques: &[Technique],
+        technique: Option<Technique>,
     ) -> Outcome<Option<GpuContext>> {
         let gpu = match (self, adapter) {
             (Self::Cpu, None) => return Ok(None),
             (_, wanted) => gpu::open(wanted)?,
         };
-        let lacks = techniques.iter().find_map(|&technique| airlight_gpu::lacks(setup, technique));
+        let lacks = technique.and_then(|technique| airlight_gpu::lacks(setup, technique));
         match (self, gpu, lacks) {
             (Self::Gpu, None, _) => Err(Failure::input("--backend gpu: there is no GPU adapter")),
             (Self::Gpu, _, Some(lack)) => Err(Failure::input(format!("--backend gpu: {lack}"))),
@@ -208,18 +209,26 @@ pub(crate) fn run(args: &RenderArgs) -> Outcome {
     check_files(args, error_path.as_deref())?;
     let setup = args.scene.resolve(&args.input)?;
     let bvh = Bvh::build(&setup.scene).map_err(|e| Failure::input(format!("{}: {e}", args.input)))?;
-    let (technique, why) = match args.technique {
-        Some(technique) => (technique, "asked for"),
-        None => technique::choose(&setup),
-    };
-    technique::check(&setup, technique, "--technique")?;
+    if let Some(technique) = args.technique {
+        technique::check(&setup, technique, "--technique")?;
+    }
     if let Some(against) = args.against {
         technique::check(&setup, against, "--against")?;
     }
-    let techniques: Vec<Technique> = std::iter::once(technique).chain(args.against).collect();
     // the reference may run elsewhere
-    let gpu = args.backend.choose(args.adapter.as_deref(), &setup, &techniques[..1])?;
-    let mut options = args.options(gpu.is_some(), &techniques);
+    let gpu = args.backend.choose(args.adapter.as_deref(), &setup, args.technique)?;
+    let plan = args.plan(&setup, &bvh, gpu.as_ref())?;
+    let technique = match (&plan, args.technique) {
+        (Some(plan), _) => plan.technique,
+        (None, Some(technique)) => technique,
+        (None, None) => Technique::Exact,
+    };
+    let gpu = gpu.filter(|_| plan.as_ref().is_none_or(|plan| plan.on_gpu));
+    let techniques: Vec<Technique> = std::iter::once(technique).chain(args.against).collect();
+    let mut options = match &plan {
+        Some(plan) => plan.options,
+        None => args.options(gpu.is_some(), &techniques),
+    };
     if techniques.iter().any(|technique| technique.has_froxels()) {
         let range = args.range(&setup, &bvh);
         // what froxels are compared with ends where they do
@@ -237,6 +246,10 @@ pub(crate) fn run(args: &RenderArgs) -> Outcome {
     // not before: what a GPU cannot hold is refused by then, in the only line there is
     setup.say_notes();
     args.say_unused(&techniques, &options);
+    if let Some(plan) = plan.as_ref().filter(|plan| plan.misses()) {
+        let error = plan.predicted_error.map_or(f64::NAN, |error| error.found);
+        tracing::warn!("--target-error {}: the error is more likely {error:.2e}", plan.target_error);
+    }
     if let Some(range) = options.froxels.range {
         tracing::info!("airlight ends with the froxels, {range:.4} m from the camera");
     }
@@ -258,7 +271,7 @@ pub(crate) fn run(args: &RenderArgs) -> Outcome {
         figures = Some(found);
     }
     if let Some(path) = &args.json {
-        let ran = Ran { technique, why, gpu: gpu.as_ref(), options: &options };
+        let ran = Ran { technique, gpu: gpu.as_ref(), options: &options, plan: plan.as_ref() };
         let text = describe(args, &ran, &setup, &bvh, &picture, figures.as_ref());
         let text = serde_json::to_string_pretty(&text).map_err(Failure::program)?;
         files.push(output_file::stage(path, format!("{text}\n").as_bytes())?);
@@ -310,9 +323,9 @@ fn compare(
 /// What ran, and where.
 struct Ran<'a> {
     technique: Technique,
-    why: &'a str,
     gpu: Option<&'a GpuContext>,
     options: &'a Options,
+    plan: Option<&'a Plan>,
 }
 
 fn describe(
@@ -338,12 +351,17 @@ fn describe(
             "pyramid_bytes": picture.pyramid_bytes,
         })
     });
+    // the same for many lights of a kind
+    let mut reasons = ran.plan.map_or(Vec::new(), |plan| plan.reasons.clone());
+    reasons.dedup();
+    let why = if args.technique.is_some() { "asked for".to_owned() } else { reasons.join("; ") };
     json!({
         "scene": args.input,
         "size": [args.size.0, args.size.1],
         "adapter": adapter,
         "technique": name,
-        "why": ran.why,
+        "why": why,
+        "plan": ran.plan.map(|plan| plan.json(picture.ms)),
         "passes": passes.map(|(name, ms)| json!({"name": name, "ms": ms})).collect::<Vec<_>>(),
         // the technique's own; view rays, shadow map and surfaces belong to a frame without fog too
         "ms": picture.ms,
@@ -418,6 +436,43 @@ impl RenderArgs {
             },
             ..defaults
         }
+    }
+
+    /// What is rendered, where that is not all said by flags: which technique, or how it gets within the target error.
+    fn plan(&self, setup: &Setup, bvh: &Bvh, gpu: Option<&GpuContext>) -> Outcome<Option<Plan>> {
+        let quality = &self.quality;
+        let plannable = |technique: Technique| !technique.has_froxels() && technique != Technique::Exact;
+        let wanted = match self.technique {
+            Some(technique) => plannable(technique) && quality.target_error.is_some(),
+            None => true,
+        };
+        if !wanted {
+            return Ok(None);
+        }
+        let wish = Wish {
+            technique: self.technique,
+            target_error: quality.target_error,
+            samples: quality.samples,
+            map_side: quality.shadow_map,
+            surface: self.map_surface,
+            visibility: self.visibility,
+            tessellated: quality.tessellation.is_some(),
+        };
+        let device = match gpu {
+            None => Device::Cpu,
+            Some(gpu) if gpu::is_hardware(gpu) => Device::HardwareGpu,
+            Some(_) => Device::SoftwareGpu,
+        };
+        let techniques: Vec<Technique> = self.technique.iter().chain(&self.against).copied().collect();
+        let mut options = self.options(gpu.is_some(), &techniques);
+        if techniques.iter().any(|technique| technique.has_froxels()) {
+            let range = self.range(setup, bvh);
+            (options.froxels.range, options.max_distance) = (Some(range), range.into());
+        }
+        // the error that is asked for is that of the fog
+        options.surfaces_on_cpu = true;
+        let plan = planned::plan(setup, bvh, &options, &wish, device)?;
+        Ok(Some(plan))
     }
 
     /// Where froxels end; units: m.

@@ -101,6 +101,8 @@ impl Technique {
             "--tessellation" => self == Self::LightVolume,
             "--voxel-size" => self == Self::SharedGrid,
             "--viewers" => self.has_froxels(),
+            // froxels have no setting whose error a few rays would tell
+            "--target-error" => !self.has_froxels(),
             _ => false,
         }
     }
@@ -265,6 +267,8 @@ pub(crate) struct Options {
     pub(crate) visibility: VisibilitySource,
     /// For techniques that read shadow maps.
     pub(crate) map: MapOptions,
+    /// Whether surfaces are lit on the CPU in any case: a GPU's shadow rays there err by some pixels at edges.
+    pub(crate) surfaces_on_cpu: bool,
 }
 
 impl Options {
@@ -283,6 +287,7 @@ impl Options {
             froxels: FroxelOptions::default(),
             visibility: VisibilitySource::default(),
             map: MapOptions::default(),
+            surfaces_on_cpu: false,
         }
     }
 }
@@ -326,13 +331,4 @@ pub(crate) fn check(setup: &Setup, technique: Technique, flag: &str) -> Outcome 
 
 fn refused(refusal: Refusal, flag: &str) -> Failure {
     Failure::input(format!("{flag}: {refusal}"))
-}
-
-/// What the scene needs: the exact reference, unless its medium has no analytic integral.
-pub(crate) fn choose(setup: &Setup) -> (Technique, &'static str) {
-    if setup.medium.is_homogeneous() {
-        (Technique::Exact, "homogeneous medium: exact shadows and integrals on the CPU")
-    } else {
-        (Technique::BruteForce, "a medium of varying density or with emission has no analytic integral")
-    }
 }

@@ -53,6 +53,7 @@ mod layout;
 mod lightvolume;
 mod map;
 mod pass;
+pub mod planner;
 mod probe;
 mod read_radiance;
 pub mod shader;

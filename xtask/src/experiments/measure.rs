@@ -382,6 +382,8 @@ impl<'a> Runner<'a> {
             let froxels = Some(Box::new(FroxelFrame::new(gpu, stage, technique)?));
             return Ok(Self { stage, technique, gpu: None, froxels });
         }
+        // the reference has no other place
+        let gpu = gpu.filter(|_| technique != Technique::Exact);
         let gpu = gpu.map(|gpu| GpuFrame::new(gpu, stage, technique).map(Box::new)).transpose()?;
         Ok(Self { stage, technique, gpu, froxels: None })
     }

@@ -40,6 +40,10 @@ mod hard_case_range;
 mod hard_cases;
 mod map_traversal;
 mod measure;
+mod pareto;
+mod pareto_picks;
+mod pareto_report;
+mod pareto_settings;
 mod shadow_rays;
 mod shown;
 mod wyman_bench;
@@ -251,6 +255,16 @@ pub(crate) const ALL: &[Entry] = &[
         id: "grid-scale",
         about: "1 to 256 viewers, 50 m to 1 km of scene: how rays and memory grow",
         run: grid_scale::run,
+    },
+    Entry {
+        id: "pareto",
+        about: "every technique and setting on every scene: time against error, and what the planner chooses",
+        run: pareto::run,
+    },
+    Entry {
+        id: "pareto-speedup",
+        about: "the planner's choice against the honest march at equal error on the same map",
+        run: pareto::speedup,
     },
 ];
 

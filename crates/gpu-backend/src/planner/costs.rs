@@ -1,0 +1,217 @@
+//! What a frame costs: operations counted from what is known of it, times what one takes on a device.
+
+use super::{Candidate, Facts, LightFacts, LightKind, ShadowFacts};
+use crate::{Technique, Tessellation};
+use shadowmap::MapSurface;
+
+/// What is counted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Operation {
+    /// A pass or dispatch by itself.
+    Pass,
+    /// A closed form of airlight along a ray that nothing shadows.
+    ClosedForm,
+    /// A ray that walks over a map, as far as it does not depend on the map.
+    Walk,
+    /// A block of a map's pyramid that such a ray visits; they grow with the root of the map's side.
+    Block,
+    /// The same where texels are joined by a surface.
+    LinearBlock,
+    /// A texel of a map whose pyramid is built.
+    PyramidTexel,
+    /// A ray that marches, as far as it does not depend on its steps.
+    March,
+    /// A step with a lookup.
+    Step,
+    /// A step whose airlight is evaluated by itself: under a picture, in a medium without closed form.
+    VaryingStep,
+    /// A step with a shadow ray.
+    ShadowRay,
+    /// A ray that marches between faces, as far as it does not depend on its steps.
+    Hybrid,
+    /// A step between faces.
+    HybridStep,
+    /// A triangle whose edges may be part of a silhouette.
+    SilhouetteTriangle,
+    /// A ray that crosses a light volume, as far as it does not depend on its triangles.
+    VolumeRay,
+    /// A texel of a map all of whose cells are drawn.
+    VolumeTexel,
+    /// The same where a quadtree draws few.
+    TreeTexel,
+    /// A froxel under a light, its shadow included.
+    Froxel,
+    /// A pixel of a picture of which few rays are traced: its error is estimated, and it is interpolated.
+    Interpolation,
+}
+
+impl Operation {
+    /// All of them, in the order of [`Costs`]' columns.
+    pub const ALL: [Self; 18] = [
+        Self::Pass,
+        Self::ClosedForm,
+        Self::Walk,
+        Self::Block,
+        Self::LinearBlock,
+        Self::PyramidTexel,
+        Self::March,
+        Self::Step,
+        Self::VaryingStep,
+        Self::ShadowRay,
+        Self::Hybrid,
+        Self::HybridStep,
+        Self::SilhouetteTriangle,
+        Self::VolumeRay,
+        Self::VolumeTexel,
+        Self::TreeTexel,
+        Self::Froxel,
+        Self::Interpolation,
+    ];
+}
+
+/// Pieces between a picture's texels, as many as a ray meets that walks over the map behind it.
+const PICTURE_PIECES: f64 = 100.0;
+
+/// Passes of adaptive sampling, beside those that trace.
+const ADAPTIVE_PASSES: f64 = 12.0;
+
+/// Share of a picture's rays that is usually traced for a target error.
+fn traced_share(target: f64) -> f64 {
+    (TRACED_AT_ONE_PERCENT * (0.01 / target).powf(TRACED_GROWTH)).min(1.0)
+}
+
+/// Its value for 1 %, and the exponent with which it grows.
+const TRACED_AT_ONE_PERCENT: f64 = 0.3;
+const TRACED_GROWTH: f64 = 0.4;
+
+/// Nanoseconds of each operation on a device, by kind of light: columns as [`LightKind::ALL`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Costs {
+    nanoseconds: [[f64; 3]; Operation::ALL.len()],
+    /// How much longer a device takes for all of them.
+    scale: f64,
+}
+
+impl Costs {
+    /// Lavapipe on two cores of a server CPU.
+    ///
+    /// Fitted by least squares of relative errors to the 12 set-ups of `repro pareto --preset quick`, generated scenes and
+    /// files, with a speed of its own for each set-up, since others used the machine; half of the predictions are
+    /// within 20 % of such a set-up's times, nine in ten within a factor of two. The whole is scaled so that a step takes
+    /// what it does in `repro map-traversal --preset standard` on an idle machine, 3 ns. Passes, closed forms, varying
+    /// steps, shadow rays, silhouettes and what adaptive sampling adds come from single measurements, and are rougher.
+    pub const SOFTWARE: Self = Self {
+        nanoseconds: [
+            [3e5, 3e5, 3e5],        // Pass
+            [60.0, 90.0, 10.0],     // ClosedForm
+            [233.0, 247.0, 202.0],  // Walk
+            [9.4, 15.5, 22.7],      // Block
+            [54.0, 37.8, 108.0],    // LinearBlock
+            [4.8, 2.0, 12.5],       // PyramidTexel
+            [98.0, 173.0, 12.0],    // March
+            [3.0, 3.0, 3.0],        // Step
+            [30.0, 30.0, 30.0],     // VaryingStep
+            [500.0, 500.0, 500.0],  // ShadowRay
+            [60.0, 180.0, 110.0],   // Hybrid
+            [5.3, 4.6, 6.0],        // HybridStep
+            [100.0, 100.0, 100.0],  // SilhouetteTriangle
+            [1010.0, 450.0, 460.0], // VolumeRay
+            [35.0, 35.0, 71.0],     // VolumeTexel
+            [2.0, 2.0, 2.0],        // TreeTexel
+            [343.0, 451.0, 379.0],  // Froxel
+            [60.0, 60.0, 60.0],     // Interpolation
+        ],
+        scale: 1.0,
+    };
+
+    /// What `operation` takes under a light of `kind`; units: ms.
+    fn of(&self, operation: Operation, kind: LightKind) -> f64 {
+        1e-6 * self.scale * self.nanoseconds[operation as usize][kind as usize]
+    }
+
+    /// Predicted time of a frame's fog by a candidate; units: ms.
+    pub fn predict(&self, facts: &Facts<'_>, candidate: &Candidate) -> f64 {
+        let of_light = |light: &LightFacts| {
+            let operations = operations(facts, light, candidate);
+            operations.map(|(operation, count)| count * self.of(operation, light.kind)).sum::<f64>()
+        };
+        facts.lights.iter().map(of_light).sum()
+    }
+
+    /// The same costs as seen on a device where a frame predicted to take `predicted` ms took `measured`.
+    ///
+    /// One frame tells how fast a device is; ratios between operations stay those of the table.
+    #[must_use]
+    pub fn scaled(&self, predicted: f64, measured: f64) -> Self {
+        let ratio = measured / predicted;
+        let scale = if ratio.is_finite() && ratio > 0.0 { self.scale * ratio } else { self.scale };
+        Self { scale, ..*self }
+    }
+}
+
+/// What a light of a frame takes by a candidate.
+fn operations(
+    facts: &Facts<'_>,
+    light: &LightFacts,
+    candidate: &Candidate,
+) -> impl Iterator<Item = (Operation, f64)> {
+    use Operation as Op;
+    let pixels = facts.pixels as f64;
+    let adaptive = candidate.sampling.adaptive();
+    let rays = pixels * adaptive.map_or(1.0, |adaptive| traced_share(f64::from(adaptive.target_error)));
+    let closed = facts.medium.is_closed(light.kind) && !light.textured;
+    let (side, changed) = light.map().map_or((0.0, false), |map| (f64::from(map.side), map.changed));
+    let texels = side * side * f64::from(light.kind.faces());
+    let made = if changed { texels } else { 0.0 };
+    let views = f64::from(facts.views);
+    let mut all = Vec::new();
+    if adaptive.is_some() {
+        all.extend([(Op::Pass, ADAPTIVE_PASSES * views), (Op::Interpolation, pixels)]);
+    }
+    match candidate.technique {
+        Technique::Froxels(froxels) => {
+            let tiles = pixels / f64::from(froxels.tile * froxels.tile);
+            all.push((Op::Pass, 5.0 * views));
+            all.push((Op::Froxel, tiles * f64::from(froxels.slices)));
+        }
+        _ if light.shadows == ShadowFacts::None && closed => {
+            all.extend([(Op::Pass, views), (Op::ClosedForm, rays)]);
+        }
+        Technique::ExactShadowMap { surface } => {
+            let block = if surface == MapSurface::Linear { Op::LinearBlock } else { Op::Block };
+            all.extend([(Op::Pass, 1.0 + views), (Op::PyramidTexel, made)]);
+            all.extend([(Op::Walk, rays), (block, rays * side.sqrt())]);
+            if !closed {
+                all.push((Op::VaryingStep, rays * PICTURE_PIECES));
+            }
+        }
+        Technique::LightVolume { tessellation, .. } => {
+            let (texel, passes) = match tessellation {
+                Tessellation::Adaptive { .. } => (Op::TreeTexel, 6.0),
+                _ => (Op::VolumeTexel, 2.0),
+            };
+            all.extend([(Op::Pass, passes + 2.0 * views), (texel, texels * views), (Op::VolumeRay, rays)]);
+        }
+        Technique::BruteForce { samples, .. } => {
+            let step = if closed { Op::Step } else { Op::VaryingStep };
+            all.extend([(Op::Pass, views), (Op::March, rays), (step, rays * f64::from(samples))]);
+            if candidate.rays && light.shadows != ShadowFacts::None {
+                all.push((Op::ShadowRay, rays * f64::from(samples)));
+            }
+        }
+        Technique::Hybrid(hybrid) => {
+            // found anew where the light or its casters moved
+            let triangles = if changed || light.map().is_none() { facts.triangles as f64 } else { 0.0 };
+            let steps = rays * f64::from(hybrid.samples);
+            all.extend([(Op::Pass, 1.0 + 3.0 * views), (Op::SilhouetteTriangle, triangles)]);
+            all.extend([(Op::Hybrid, rays), (Op::HybridStep, steps)]);
+            if !closed {
+                all.push((Op::VaryingStep, rays * f64::from(hybrid.samples + 2 * hybrid.lit_samples)));
+            }
+            if candidate.rays {
+                all.push((Op::ShadowRay, steps));
+            }
+        }
+    }
+    all.into_iter()
+}

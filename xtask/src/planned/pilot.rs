@@ -1,0 +1,236 @@
+//! What error a setting has on a scene, measured beforehand on few rays by the implementations of the CPU.
+//!
+//! The rays are those of a small picture by the same camera, so that they are spread evenly over the large one. Each
+//! setting's airlight on them is compared with the exact one; how much the share of few rays may be off is part of the
+//! answer.
+
+use std::time::Instant;
+
+use glam::DVec3;
+use hybrid_march::Sampling;
+use scene::Bvh;
+
+use crate::airlight::{Airlight, Stage};
+use crate::failure::Outcome;
+use crate::maps::{MapOptions, Maps};
+use crate::scene_args::Setup;
+use crate::technique::{Options, Technique, VisibilitySource};
+use crate::view_rays::ViewRays;
+
+/// Rays of a pilot, about.
+const RAYS: f64 = 8192.0;
+
+/// The same where the reference is a converged march.
+const FEW_RAYS: f64 = 576.0;
+
+/// Steps of that march.
+const CONVERGED: u32 = 2048;
+
+/// Standard errors between what is found on few rays and what is taken for the picture's error.
+const MARGIN: f64 = 3.0;
+
+/// An error as a share of what the shadows change.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Estimate {
+    /// On the rays of the pilot.
+    pub(crate) found: f64,
+    /// What it is most likely below on all rays of the picture.
+    pub(crate) upper: f64,
+}
+
+impl Estimate {
+    /// The error of what is exact.
+    pub(crate) const NONE: Self = Self { found: 0.0, upper: 0.0 };
+
+    /// With what interpolation between rays may err by beside it.
+    pub(crate) fn with(self, interpolated: f64) -> Self {
+        Self { found: self.found.hypot(interpolated), upper: self.upper.hypot(interpolated) }
+    }
+}
+
+/// A small picture of a setup, with what is exact there.
+pub(crate) struct Pilot<'a> {
+    setup: &'a Setup,
+    bvh: &'a Bvh,
+    base: Options,
+    rays: ViewRays,
+    /// How many rays of the picture each of the pilot stands for.
+    rays_each: f64,
+    exact: Vec<DVec3>,
+    unshadowed: Vec<DVec3>,
+    maps: Vec<(MapOptions, Maps)>,
+    /// What was judged, by technique and options.
+    known: Vec<(String, (Estimate, f64))>,
+    /// What one exact picture of the large size would take on the CPU; units: ms.
+    pub(crate) exact_ms: f64,
+    started: Instant,
+}
+
+impl<'a> Pilot<'a> {
+    /// Traces the rays and computes what is exact on them: a converged march in media without analytic integral.
+    pub(crate) fn new(setup: &'a Setup, bvh: &'a Bvh, options: &Options) -> Outcome<Self> {
+        let started = Instant::now();
+        let analytic = setup.medium.is_homogeneous();
+        let size = smaller(options.size, if analytic { RAYS } else { FEW_RAYS });
+        let base = Options { size, sampling: Sampling::Pixels, ..*options };
+        let rays = ViewRays::trace(&setup.camera, bvh, size);
+        let rays = match options.froxels.range {
+            Some(range) => rays.up_to(range),
+            None => rays,
+        };
+        let area = |(width, height): (u32, u32)| f64::from(width) * f64::from(height);
+        let rays_each = area(options.size) / area(size);
+        let (exact, unshadowed, maps, exact_ms) = (Vec::new(), Vec::new(), Vec::new(), 0.0);
+        let known = Vec::new();
+        let mut pilot =
+            Self { setup, bvh, base, rays, rays_each, exact, unshadowed, maps, known, exact_ms, started };
+        let (technique, reference) = if analytic {
+            (Technique::Exact, base)
+        } else {
+            let visibility = VisibilitySource::Bvh;
+            (Technique::BruteForce, Options { samples: Some(CONVERGED), visibility, ..base })
+        };
+        let found = pilot.run(technique, &reference)?;
+        (pilot.exact, pilot.exact_ms) = (found.radiance, found.ms * rays_each);
+        let open = Options { shadows_in_medium: false, ..reference };
+        pilot.unshadowed = pilot.run(technique, &open)?.radiance;
+        Ok(pilot)
+    }
+
+    /// The error of a setting, and what its picture of the large size would take on the CPU (ms).
+    ///
+    /// Fails where a map cannot be drawn.
+    pub(crate) fn judge(&mut self, technique: Technique, options: &Options) -> Outcome<(Estimate, f64)> {
+        let sampling = Sampling::Pixels;
+        let options = Options { size: self.base.size, sampling, ..options.of(technique) };
+        let key = format!("{technique:?} {options:?}");
+        if let Some((_, known)) = self.known.iter().find(|(known, _)| *known == key) {
+            return Ok(*known);
+        }
+        let mut smaller_tiles = options;
+        // tiles cover as much of the picture as they will
+        let shrink = self.rays_each.sqrt();
+        smaller_tiles.hybrid.tile = ((f64::from(options.hybrid.tile) / shrink).round() as u32).max(1);
+        let found = self.run(technique, &smaller_tiles)?;
+        let error = estimate(&found.radiance, &self.exact, &self.unshadowed, self.rays_each);
+        let judged = (error, found.ms * self.rays_each);
+        self.known.push((key, judged));
+        Ok(judged)
+    }
+
+    /// What is pictured.
+    pub(crate) fn setup(&self) -> &'a Setup {
+        self.setup
+    }
+
+    /// Time since the pilot began; units: ms.
+    pub(crate) fn ms(&self) -> f64 {
+        self.started.elapsed().as_secs_f64() * 1e3
+    }
+
+    fn run(&mut self, technique: Technique, options: &Options) -> Outcome<Airlight> {
+        let wanted = options.map;
+        let reads = options.shadows_in_medium && technique.reads_maps(options.visibility);
+        if reads && self.maps.iter().all(|(drawn, _)| *drawn != wanted) {
+            self.maps.push((wanted, Maps::draw(self.setup, &wanted)?));
+        }
+        let none = Maps::none(self.setup.lights.len());
+        let drawn = self.maps.iter().find(|(drawn, _)| reads && *drawn == wanted);
+        let maps = drawn.map_or(&none, |(_, maps)| maps);
+        let Self { setup, bvh, rays, .. } = self;
+        Stage { setup, bvh, options, rays, maps, further: &[], tick: &|_| () }.run(technique)
+    }
+}
+
+/// A size with the same proportions and about so many pixels; the size itself where it has fewer.
+fn smaller((width, height): (u32, u32), pixels: f64) -> (u32, u32) {
+    let shrink = (pixels / (f64::from(width) * f64::from(height))).sqrt();
+    if shrink >= 1.0 {
+        return (width, height);
+    }
+    let side = |length: u32| ((f64::from(length) * shrink).round() as u32).max(1);
+    (side(width), side(height))
+}
+
+/// ‖a − b‖/‖u − b‖ over the rays of a sample that stand for `rays_each` each, and how large it may be over all.
+///
+/// The standard error is that of a ratio of sums, e/s: that of the mean of (e − r s)/mean s. Where shadows change
+/// nothing it is the share of the airlight itself.
+fn estimate(a: &[DVec3], exact: &[DVec3], unshadowed: &[DVec3], rays_each: f64) -> Estimate {
+    let squares = |x: &[DVec3], y: &[DVec3]| -> Vec<f64> {
+        x.iter().zip(y).map(|(x, y)| (*x - *y).length_squared()).collect()
+    };
+    let errors = squares(a, exact);
+    let shadows = squares(unshadowed, exact);
+    let sum = |squares: &[f64]| squares.iter().sum::<f64>();
+    let whole: Vec<f64> = exact.iter().map(|b| b.length_squared()).collect();
+    let weights = if sum(&shadows) > 0.0 { shadows } else { whole };
+    let (error, weight, count) = (sum(&errors), sum(&weights), errors.len() as f64);
+    if error == 0.0 {
+        return Estimate::NONE;
+    }
+    if !(weight > 0.0) {
+        return Estimate { found: f64::INFINITY, upper: f64::INFINITY };
+    }
+    let share = error / weight;
+    let deviations = errors.iter().zip(&weights).map(|(e, s)| (e - share * s).powi(2));
+    let spread = deviations.sum::<f64>().sqrt() / weight;
+    // of a finite picture, of which the sample is a part
+    let unseen = (1.0 - 1.0 / rays_each.max(1.0)).sqrt();
+    let ratio = count / (count - 1.0).max(1.0);
+    Estimate { found: share.sqrt(), upper: (share + MARGIN * ratio.sqrt() * unseen * spread).sqrt() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frame;
+    use crate::image_file::Image;
+    use crate::maps::MapSurface;
+    use crate::metrics;
+    use crate::scene_args::SceneArgs;
+
+    #[test]
+    fn sizes_keep_their_proportions() {
+        assert_eq!(smaller((512, 256), 512.0), (32, 16));
+        assert_eq!((smaller((8, 8), 100.0), smaller((4000, 1), 100.0).1), ((8, 8), 1));
+    }
+
+    #[test]
+    fn margins_shrink_with_what_is_seen() {
+        let (b, u) = ([DVec3::ONE; 100], [DVec3::splat(3.0); 100]);
+        let mut a = b;
+        a[..10].fill(DVec3::splat(1.5));
+        let all = estimate(&a, &b, &u, 1.0);
+        assert!((all.found - (10.0 * 0.25 / 400.0_f64).sqrt()).abs() < 1e-12 && all.upper == all.found);
+        let few = estimate(&a, &b, &u, 1e9);
+        assert!(
+            few.found == all.found && few.upper > 1.1 * few.found && few.upper < 1.4 * few.found,
+            "{few:?}"
+        );
+        assert_eq!(estimate(&b, &b, &u, 9.0), Estimate::NONE);
+        assert_eq!(estimate(&a, &b, &b, 1.0).found, (10.0 * 0.25 / 100.0_f64).sqrt(), "of the airlight");
+        assert_eq!(estimate(&u, &[DVec3::ZERO; 100], &[DVec3::ZERO; 100], 1.0).found, f64::INFINITY);
+    }
+
+    #[test]
+    fn a_pilot_foretells_the_error_of_the_picture() {
+        let setup = SceneArgs::default().resolve("procedural:hall").unwrap();
+        let bvh = Bvh::build(&setup.scene).unwrap();
+        let mut options = Options { airlight_only: true, ..Options::new((192, 192)) };
+        options.map.surface = MapSurface::Step;
+        let mut pilot = Pilot::new(&setup, &bvh, &options).unwrap();
+        let picture = |technique, options: &Options| -> Image {
+            frame::render(&setup, &bvh, technique, options, None, "").unwrap().image
+        };
+        let exact = picture(Technique::Exact, &options);
+        let open = picture(Technique::Exact, &Options { shadows_in_medium: false, ..options });
+        for side in [64, 256] {
+            options.map.side = side;
+            let (found, _) = pilot.judge(Technique::ExactShadowMap, &options).unwrap();
+            let whole = picture(Technique::ExactShadowMap, &options);
+            let error = metrics::compare(&whole, &exact, Some(&open), None).unwrap().shadow_err.unwrap();
+            assert!(error < found.upper && found.upper < 1.5 * error, "{side}: {error} against {found:?}");
+        }
+    }
+}
