@@ -1,6 +1,7 @@
 //! The seeds of `fuzz/` and random bytes, through the functions of its targets.
 //!
 //! `AIRLIGHT_FUZZ_CASES` sets how many random cases there are.
+#![allow(clippy::unwrap_used, reason = "helpers of tests, which clippy does not take for tests")]
 
 use std::path::Path;
 
