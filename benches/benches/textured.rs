@@ -144,13 +144,15 @@ impl Picture {
         let ends = low.ends(camera, &full).unwrap();
         let columns = low.low_size().0;
         let layers = ends.each_ref().map(|ends| {
-            let value = |(&end, index): (&f32, u32)| {
+            let block = |(&end, index): (&f32, u32)| {
+                // a block of one depth has no second layer
+                if end == 0.0 {
+                    return Vec3::ZERO;
+                }
                 let (x, y) = (index % columns, index / columns);
                 let faces = self.bounds.at(x * SCALE, y * SCALE);
                 march.airlight(&low.low_ray(camera, x, y), end.into(), &[faces]).airlight
             };
-            // a block of one depth has no second layer
-            let block = |(end, index)| if *end == 0.0 { Vec3::ZERO } else { value((end, index)) };
             ends.iter().zip(0..).map(block).collect::<Vec<_>>()
         });
         let picture = low.upsample(camera, &full, [&ends[0], &ends[1]], [&layers[0], &layers[1]]).unwrap();

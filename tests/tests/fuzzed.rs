@@ -1,6 +1,7 @@
 //! The seeds of `fuzz/` and random bytes, through the functions of its targets.
 //!
 //! `AIRLIGHT_FUZZ_CASES` sets how many random cases there are.
+#![allow(clippy::unwrap_used, reason = "helpers of tests, which clippy does not take for tests")]
 
 use std::path::Path;
 
@@ -21,7 +22,6 @@ fn seeds(target: &str) -> Vec<(String, Vec<u8>)> {
 /// Runs every seed, and names the one that fails.
 fn replay(target: &str, run: fn(&[u8])) {
     let seeds = seeds(target);
-    println!("{target}: {} seeds", seeds.len());
     assert!(seeds.len() >= 5, "{target}: {} seeds", seeds.len());
     for (name, bytes) in seeds {
         let ended = std::panic::catch_unwind(|| run(&bytes));

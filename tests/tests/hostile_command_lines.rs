@@ -1,6 +1,7 @@
 //! Random and hostile flags, and damaged files, for `render`: it draws the picture, or refuses in one line.
 //!
 //! `AIRLIGHT_FUZZ_COMMANDS` sets how many commands are tried.
+#![allow(clippy::unwrap_used, reason = "helpers of tests, which clippy does not take for tests")]
 
 use std::path::Path;
 

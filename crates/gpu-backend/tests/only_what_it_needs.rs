@@ -1,5 +1,5 @@
 //! A scene pays for what it has: one test for each thing that a frame can do without, on what a frame reports.
-#![expect(clippy::unwrap_used, clippy::panic, reason = "test code")]
+#![expect(clippy::unwrap_used, reason = "test code")]
 
 mod common;
 
