@@ -17,7 +17,7 @@ const THRESHOLDS: [f32; 2] = [1e-2, 1e-3];
 
 /// What interpolation is allowed to err by where few rays are traced, as shares of the target: with something left for
 /// the technique's own error whatever the picture, and as much as usually does no harm ([`usual_error`](super::usual_error())).
-const ADAPTIVE_SHARES: [f32; 2] = [0.8, 1.5];
+const ADAPTIVE_SHARES: [f32; 3] = [0.4, 0.8, 1.4];
 
 /// One way to make a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]

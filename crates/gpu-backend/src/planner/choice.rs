@@ -177,6 +177,8 @@ mod tests {
         let fine = choice(&Facts { medium, ..facts(&lights, 0.01) });
         assert!(matches!(fine.technique, Technique::BruteForce { .. }) && !fine.rays, "{fine:?}");
         assert_eq!(fine.reasons.len(), 2);
+        // rays cost more than lookups, and froxels have fewer of them
+        let lights = [light(LightKind::Point, ShadowFacts::Rays)];
         let coarse = choice(&Facts { medium, casts_rays: true, ..facts(&lights, 0.1) });
         assert!(matches!(coarse.technique, Technique::Froxels(_)), "{coarse:?}");
         assert!(coarse.reasons[0].contains("froxels"), "{coarse:?}");

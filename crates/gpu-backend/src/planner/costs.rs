@@ -99,27 +99,27 @@ impl Costs {
     /// files, with a speed of its own for each set-up, since others used the machine; half of the predictions are
     /// within 20 % of such a set-up's times, nine in ten within a factor of two. The whole is scaled so that a step takes
     /// what it does in `repro map-traversal --preset standard` on an idle machine, 3 ns. Passes, closed forms, varying
-    /// steps, shadow rays, silhouettes and what adaptive sampling adds come from single measurements, and are rougher.
+    /// steps, shadow rays, silhouettes, light volumes (as where rays cross them often) and what adaptive sampling adds come from single measurements, and are rougher.
     pub const SOFTWARE: Self = Self {
         nanoseconds: [
-            [3e5, 3e5, 3e5],        // Pass
-            [60.0, 90.0, 10.0],     // ClosedForm
-            [233.0, 247.0, 202.0],  // Walk
-            [9.4, 15.5, 22.7],      // Block
-            [54.0, 37.8, 108.0],    // LinearBlock
-            [4.8, 2.0, 12.5],       // PyramidTexel
-            [98.0, 173.0, 12.0],    // March
-            [3.0, 3.0, 3.0],        // Step
-            [30.0, 30.0, 30.0],     // VaryingStep
-            [500.0, 500.0, 500.0],  // ShadowRay
-            [60.0, 180.0, 110.0],   // Hybrid
-            [5.3, 4.6, 6.0],        // HybridStep
-            [100.0, 100.0, 100.0],  // SilhouetteTriangle
-            [1010.0, 450.0, 460.0], // VolumeRay
-            [35.0, 35.0, 71.0],     // VolumeTexel
-            [2.0, 2.0, 2.0],        // TreeTexel
-            [343.0, 451.0, 379.0],  // Froxel
-            [60.0, 60.0, 60.0],     // Interpolation
+            [3e5, 3e5, 3e5],         // Pass
+            [60.0, 90.0, 10.0],      // ClosedForm
+            [233.0, 247.0, 202.0],   // Walk
+            [9.4, 15.5, 22.7],       // Block
+            [54.0, 37.8, 108.0],     // LinearBlock
+            [4.8, 2.0, 12.5],        // PyramidTexel
+            [98.0, 173.0, 12.0],     // March
+            [3.0, 3.0, 3.0],         // Step
+            [30.0, 30.0, 30.0],      // VaryingStep
+            [500.0, 500.0, 500.0],   // ShadowRay
+            [60.0, 180.0, 110.0],    // Hybrid
+            [5.3, 4.6, 6.0],         // HybridStep
+            [100.0, 100.0, 100.0],   // SilhouetteTriangle
+            [2000.0, 900.0, 3500.0], // VolumeRay
+            [70.0, 70.0, 200.0],     // VolumeTexel
+            [2.0, 2.0, 2.0],         // TreeTexel
+            [343.0, 451.0, 379.0],   // Froxel
+            [60.0, 60.0, 60.0],      // Interpolation
         ],
         scale: 1.0,
     };
