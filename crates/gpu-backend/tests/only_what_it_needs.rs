@@ -10,8 +10,8 @@ use froxel_grid::{Counts, FroxelView, Froxels, Near, SharedGrid, Slices, Update}
 use glam::Vec3;
 use gpu_backend::{
     AirlightForm, CompositeTarget, Faces, Fog, FogDescriptor, Frame, FrameStats, GpuBvh, GpuContext, Hybrid,
-    Lamp, LightPicture, Lookup, SceneDepth, ShadowCasters, ShadowMap, ShadowVolume, Shadows, Technique,
-    Tessellation, View, wgpu,
+    Lamp, LightPicture, Lookup, Sampling, SceneDepth, ShadowCasters, ShadowMap, ShadowVolume, Shadows,
+    Technique, Tessellation, View, wgpu,
 };
 use hybrid_march::Adjacency;
 use scene::{
@@ -37,8 +37,7 @@ fn frame<'a>(
         lamps,
         model: AirlightModel::Sun,
         technique,
-        scattering_scale: 1,
-        anew_at_edges: false,
+        sampling: Sampling::Pixels,
     }
 }
 

@@ -24,8 +24,8 @@ use common::{Stage, fog, gpu, render};
 use froxel_grid::{Froxels, GridMemory, Near, SharedGrid, Temporal};
 use glam::Quat;
 use gpu_backend::{
-    Criterion, Faces, Fog, Frame, GpuBvh, GpuContext, Hybrid, Lamp, LightPicture, Lookup, SceneDepth,
-    ShadowCasters, ShadowMap, ShadowVolume, Shadows, Technique, Tessellation, View, wgpu,
+    Adaptive, Criterion, Faces, Fog, Frame, GpuBvh, GpuContext, Hybrid, Lamp, LightPicture, Lookup, Sampling,
+    SceneDepth, ShadowCasters, ShadowMap, ShadowVolume, Shadows, Technique, Tessellation, View, wgpu,
 };
 use hybrid_march::Adjacency;
 use media_math::PhaseFunction;
@@ -130,8 +130,8 @@ impl Soak {
     }
 
     /// A technique, whether its shadows are looked up in a map, the kind of its light (point, spot, directional, textured
-    /// spot), and its scattering scale.
-    fn technique(&self, index: u32) -> (Technique, bool, usize, u32) {
+    /// spot), and for which view rays it is computed.
+    fn technique(&self, index: u32) -> (Technique, bool, usize, Sampling) {
         let range = 2.0 * self.stage.bvh.bounds().diagonal();
         let march = Technique::BruteForce { samples: 8, lookup: Lookup::Nearest };
         let hybrid = Hybrid { samples: 8, lit_samples: 4, refine: 2, ..Hybrid::default() };
@@ -141,27 +141,28 @@ impl Soak {
         let memory = GridMemory::Bricks { most: 512 };
         let grid = SharedGrid { near, memory, ..SharedGrid::marked(range / 40.0) };
         let temporal = Some(Temporal { frames: 4, keeps_changed: true });
+        let (all, few) = (Sampling::Pixels, Sampling::Adaptive(Adaptive::default()));
         match index % TECHNIQUES {
-            0 => (Technique::ExactShadowMap { surface: MapSurface::Step }, true, 0, 1),
-            1 => (Technique::ExactShadowMap { surface: MapSurface::Linear }, true, 2, 1),
-            2 => (march, true, 1, 1),
-            3 => (march, false, 0, 1),
-            4 => (Technique::Hybrid(Hybrid { faces: Faces::Pixels, ..hybrid }), true, 2, 1),
+            0 => (Technique::ExactShadowMap { surface: MapSurface::Step }, true, 0, few),
+            1 => (Technique::ExactShadowMap { surface: MapSurface::Linear }, true, 2, all),
+            2 => (march, true, 1, all),
+            3 => (march, false, 0, few),
+            4 => (Technique::Hybrid(Hybrid { faces: Faces::Pixels, ..hybrid }), true, 2, all),
             5 => (
                 Technique::Hybrid(Hybrid { picture: LightPicture::Mips { blur: 0.5 }, ..hybrid }),
                 true,
                 3,
-                1,
+                all,
             ),
-            6 => (Technique::Hybrid(hybrid), true, 0, 2),
-            7 => (volume(Tessellation::IndexedGrid), true, 2, 1),
+            6 => (Technique::Hybrid(hybrid), true, 0, Sampling::Blocks { scale: 2, anew_at_edges: true }),
+            7 => (volume(Tessellation::IndexedGrid), true, 2, all),
             8 => {
                 let criterion = Criterion::Distance;
                 let adaptive = Tessellation::Adaptive { criterion, threshold: 0.01, most_leaves: 1 << 12 };
-                (volume(adaptive), true, 1, 1)
+                (volume(adaptive), true, 1, all)
             }
-            9 => (Technique::Froxels(froxels), false, 0, 1),
-            _ => (Technique::Froxels(Froxels { temporal, ..froxels }.with_grid(grid)), false, 1, 1),
+            9 => (Technique::Froxels(froxels), false, 0, all),
+            _ => (Technique::Froxels(Froxels { temporal, ..froxels }.with_grid(grid)), false, 1, all),
         }
     }
 
@@ -201,7 +202,7 @@ impl Soak {
     /// One frame of a technique; its picture.
     fn draw(&self, fog: &mut Fog, index: u32, size: (u32, u32), medium: u32, angle: f32) -> Vec<[f32; 3]> {
         let Self { gpu, stage, .. } = self;
-        let (technique, by_map, kind, scattering_scale) = self.technique(index);
+        let (technique, by_map, kind, sampling) = self.technique(index);
         let (light, camera, medium) =
             (self.light(kind, angle), self.camera(0.2 * angle.sin()), self.medium(medium));
         let surface = match technique {
@@ -233,8 +234,7 @@ impl Soak {
             lamps: &[Lamp { light: &light, shadows: Some(shadows), volume: Some(&self.volume) }],
             model: AirlightModel::Sun,
             technique,
-            scattering_scale,
-            anew_at_edges: true,
+            sampling,
         };
         render(gpu, fog, &frame)
     }
