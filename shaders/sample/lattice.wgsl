@@ -1,9 +1,14 @@
-// Lists the rays of the lattice. In and out: see sampling.wgsl.
+// Lists the rays of the lattice, and finds the inverse depth of every pixel. In and out: see sampling.wgsl.
 
 #import sampling
 
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) id: vec3u) {
+    if any(id.xy >= view.size) {
+        return;
+    }
+    let end = textureLoad(ray_ends, id.xy, 0).r;
+    planes[place_of(id.xy)] = select(view_ray(id.xy).length / end, 0.0, end >= 1e29);
     let size = lattice_size();
     if any(id.xy >= size) {
         return;

@@ -16,10 +16,8 @@ const SPREAD_OF_CUBIC: f32 = 0.125;
 var<workgroup> group_count: atomic<u32>;
 var<workgroup> group_first: u32;
 
-// 1/z with the planar depth z of a pixel; units: 1/m.
 fn plane_at(pixel: vec2i) -> f32 {
-    let end = textureLoad(ray_ends, pixel, 0).r;
-    return select(view_ray(vec2u(pixel)).length / end, 0.0, end >= 1e29);
+    return planes[place_of(vec2u(pixel))];
 }
 
 fn value_at(pixel: vec2i) -> vec3f {

@@ -71,11 +71,13 @@ fn height_piece(height: f32, slope: f32, length: f32) -> f32 {
     if inside <= 0.0 {
         return length;
     }
-    let at_start = exp(-max(height, 0.0) / view.height_scale);
     if length >= 1e29 {
+        let at_start = exp(-max(height, 0.0) / view.height_scale);
         return select(ENDLESS, at_start * view.height_scale / slope, slope > 0.0);
     }
-    return at_start * length * phi(length * slope / view.height_scale);
+    // from the lower end, where the density is larger: from the upper one a long way down is 0 times infinity
+    let lowest = height + min(slope, 0.0) * length;
+    return exp(-max(lowest, 0.0) / view.height_scale) * length * phi(length * abs(slope) / view.height_scale);
 }
 
 // Integral of the density over a piece of a way; units: m.

@@ -11,16 +11,16 @@
 // The pixel of a thread of a group of 64; one outside of the picture where the list has ended.
 fn pixel_of(group: vec2u, index: u32) -> vec2u {
     let at = (group.y * GROUPS_A_ROW + group.x) * 64u + index;
-    let pixel = rays.pixels[min(at, arrayLength(&rays.pixels) - 1u)];
-    return select(vec2u(0xffffffffu), vec2u(pixel % view.size.x, pixel / view.size.x), at < rays.count);
+    let place = rays.pixels[min(at, arrayLength(&rays.pixels) - 1u)];
+    return select(vec2u(0xffffffffu), vec2u(place % row_stride(), place / row_stride()), at < rays.count);
 }
 
 fn so_far(pixel: vec2u) -> vec4f {
-    return values[pixel.y * view.size.x + pixel.x];
+    return values[place_of(pixel)];
 }
 
 fn set_so_far(pixel: vec2u, sum: vec4f) {
-    values[pixel.y * view.size.x + pixel.x] = sum;
+    values[place_of(pixel)] = sum;
 }
 
 // All that are listed are.

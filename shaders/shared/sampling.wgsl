@@ -30,14 +30,10 @@ struct Sampling {
 @group(0) @binding(5) var<storage, read_write> sampling: Sampling;
 // radiance of the lattice as if nothing cast a shadow
 @group(0) @binding(6) var<storage, read_write> unshadowed: array<vec4f>;
-@group(0) @binding(7) var picture: texture_storage_2d<rgba32float, write>;
+// 1/z with the planar depth z of every pixel, 0 for infinity; units: 1/m
+@group(0) @binding(7) var<storage, read_write> planes: array<f32>;
 
 // Columns and rows of the lattice.
 fn lattice_size() -> vec2u {
     return (view.size + level.spacing - 1u) / level.spacing;
-}
-
-// A pixel's place in the arrays.
-fn place_of(pixel: vec2u) -> u32 {
-    return pixel.y * view.size.x + pixel.x;
 }

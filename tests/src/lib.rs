@@ -9,8 +9,10 @@
     reason = "helpers of tests, which clippy does not take for tests"
 )]
 
+pub mod browser;
 pub mod cases;
 pub mod cli;
+pub mod fuzzed;
 pub mod glb;
 pub mod gold;
 pub mod picture;

@@ -1,5 +1,5 @@
 //! What `render` chooses by itself, and whether the error that was asked for is met.
-#![expect(clippy::unwrap_used, reason = "helpers of tests, which clippy does not take for tests")]
+#![expect(clippy::unwrap_used, reason = "test code")]
 
 use airlight_tests::cli::Desk;
 use airlight_tests::glb::Glb;

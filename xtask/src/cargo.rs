@@ -1,6 +1,7 @@
 //! `test` and `bench`: what cargo is asked to do.
 
 use std::io::Write;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use clap::Args;
@@ -22,11 +23,31 @@ pub(crate) struct TestArgs {
     adapter: Option<String>,
 }
 
-/// Run the criterion benchmarks.
+/// Run the criterion benchmarks; --save NAME keeps their times, --compare NAME says how they have changed.
 #[derive(Debug, Args)]
 pub(crate) struct BenchArgs {
     /// Part of the benchmarks' names.
     filter: Option<String>,
+    /// Keep what is measured under this name, for later comparisons.
+    #[arg(long, value_name = "NAME", allow_hyphen_values = true, value_parser = parse_baseline, conflicts_with = "compare")]
+    save: Option<String>,
+    /// Say how times differ from those that were saved under this name.
+    #[arg(long, value_name = "NAME", allow_hyphen_values = true, value_parser = parse_baseline)]
+    compare: Option<String>,
+}
+
+/// Folders that criterion has beside those of baselines.
+const NO_BASELINES: [&str; 4] = ["base", "change", "new", "report"];
+
+/// The name of a folder, and none of criterion's own.
+fn parse_baseline(text: &str) -> Result<String, String> {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
+    let fine = text.chars().all(plain) && text.starts_with(|c: char| c.is_ascii_alphanumeric());
+    if fine && !NO_BASELINES.contains(&text) {
+        Ok(text.to_owned())
+    } else {
+        Err(format!("expected letters, digits, '-', '_' and '.', and none of {}", NO_BASELINES.join(", ")))
+    }
 }
 
 /// Debian packages of a software Vulkan adapter.
@@ -49,7 +70,7 @@ pub(crate) fn test(args: &TestArgs) -> Outcome {
             "--no-fail-fast",
             "--locked",
         ],
-        &[],
+        &[("REQUIRE_DEBUG_ASSERTIONS", "1")],
     )?;
     let release =
         ["test", "--release", "--package", "gpu-backend", "--package", "xtask", "--no-fail-fast", "--locked"];
@@ -108,11 +129,50 @@ fn gpu_tests() -> Outcome<usize> {
 }
 
 pub(crate) fn bench(args: &BenchArgs) -> Outcome {
-    let mut command = vec!["bench", "--package", "airlight-benches", "--locked"];
-    if let Some(filter) = &args.filter {
-        command.extend(["--", filter]);
+    let home = criterion_home()?;
+    if let Some(name) = &args.compare
+        && !has_baseline(&home, name)
+    {
+        let home = home.display();
+        return Err(Failure::input(format!("--compare {name}: nothing in {home} was saved under this name")));
     }
-    if cargo(&command, &[])? { Ok(()) } else { Err(Failure::program("benchmarks failed")) }
+    let mut command = vec!["bench", "--package", "airlight-benches", "--locked", "--"];
+    command.extend(args.filter.as_deref());
+    if let Some(name) = &args.save {
+        command.extend(["--save-baseline", name]);
+    }
+    if let Some(name) = &args.compare {
+        // benchmarks that were not there then are measured all the same
+        command.extend(["--baseline-lenient", name]);
+    }
+    let home = home.to_string_lossy();
+    if cargo(&command, &[("CRITERION_HOME", &home)])? {
+        Ok(())
+    } else {
+        Err(Failure::program("benchmarks failed"))
+    }
+}
+
+/// Where criterion keeps what it has measured.
+fn criterion_home() -> Outcome<PathBuf> {
+    if let Some(home) = std::env::var_os("CRITERION_HOME") {
+        // cargo runs benchmarks in their package's folder
+        return std::path::absolute(home).map_err(|e| Failure::input(format!("CRITERION_HOME: {e}")));
+    }
+    // <target>/<profile>/xtask
+    let program = std::env::current_exe().map_err(|e| Failure::program(format!("this program: {e}")))?;
+    let target = program.ancestors().nth(2).unwrap_or(Path::new("target"));
+    Ok(target.join("criterion"))
+}
+
+/// Whether any benchmark in `folder` has a baseline of this name.
+fn has_baseline(folder: &Path, name: &str) -> bool {
+    let Ok(entries) = std::fs::read_dir(folder) else { return false };
+    let folders = entries.flatten().filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_dir()));
+    folders.map(|entry| entry.path()).any(|path| {
+        let is_baseline = path.file_name().is_some_and(|last| last == name);
+        (is_baseline && path.join("estimates.json").is_file()) || has_baseline(&path, name)
+    })
 }
 
 fn program() -> std::ffi::OsString {
@@ -148,4 +208,30 @@ fn install_software_gpu() -> Outcome {
     let mut install = vec!["-qq", "--yes", "--no-install-recommends", "install"];
     install.extend(SOFTWARE_GPU);
     apt(&install)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn baselines_are_found_by_name() {
+        let home = tempfile::tempdir().unwrap();
+        let folder = home.path().join("march_hall/exact/before");
+        std::fs::create_dir_all(&folder).unwrap();
+        assert!(!has_baseline(home.path(), "before"), "an empty folder");
+        std::fs::write(folder.join("estimates.json"), "{}").unwrap();
+        assert!(has_baseline(home.path(), "before"));
+        assert!(!has_baseline(home.path(), "after") && !has_baseline(&home.path().join("absent"), "before"));
+    }
+
+    #[test]
+    fn names_of_baselines_are_folders() {
+        for good in ["before", "v0.1", "a-b_c"] {
+            assert!(parse_baseline(good).is_ok(), "{good}");
+        }
+        for bad in ["", ".", "..", "a/b", "-x", "new", "base", "a b", "\u{e4}"] {
+            assert!(parse_baseline(bad).is_err(), "{bad}");
+        }
+    }
 }

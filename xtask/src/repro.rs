@@ -8,7 +8,7 @@ use crate::experiments::{ALL, Context, Preset, cpu, revision};
 use crate::failure::{Failure, Outcome};
 use crate::gpu;
 use crate::render::Backend;
-use crate::report::{RunInfo, Section, write_report};
+use crate::report::{Kept, RunInfo, Section, write_report};
 use crate::setups::Setups;
 
 /// Environment variable that names the scenes folder.
@@ -38,6 +38,9 @@ pub(crate) struct ReproArgs {
     /// Where tables, pictures and the report go.
     #[arg(long, value_name = "DIR", default_value = "target/repro")]
     out: PathBuf,
+    /// Folder in which the tables are kept, too, by adapter and with an index.
+    #[arg(long, value_name = "DIR")]
+    keep: Option<PathBuf>,
     /// Exit with 1 if a claim does not hold.
     #[arg(long)]
     strict: bool,
@@ -67,6 +70,14 @@ pub(crate) fn run(args: &ReproArgs) -> Outcome {
         (None, None) => Setups::load(None)?,
     };
     let mut flags = format!(" --preset {}", args.preset.name());
+    match args.backend {
+        Backend::Auto => {}
+        Backend::Gpu => flags += " --backend gpu",
+        Backend::Cpu => flags += " --backend cpu",
+    }
+    if let Some(adapter) = &args.adapter {
+        flags += &format!(" --adapter {adapter:?}");
+    }
     if setups.has_folder() {
         // the reader's folder is elsewhere
         flags += " --scenes DIR";
@@ -80,6 +91,7 @@ pub(crate) fn run(args: &ReproArgs) -> Outcome {
     }
     std::fs::create_dir_all(&args.out)
         .map_err(|e| Failure::input(format!("--out {}: cannot be made: {e}", args.out.display())))?;
+    let kept = args.keep.as_deref().map(Kept::open).transpose()?;
     let context = Context { gpu, preset: args.preset, setups, adapter: cpu(), git: revision(), flags };
     let mut sections: Vec<Section> = Vec::new();
     for entry in ALL.iter().filter(|entry| args.ids.is_empty() || args.ids.iter().any(|id| id == entry.id)) {
@@ -104,6 +116,9 @@ pub(crate) fn run(args: &ReproArgs) -> Outcome {
     };
     write_report(&report, &sections, &info)?;
     tracing::info!("report: {}", report.display());
+    if let Some(kept) = kept {
+        kept.add(&sections)?;
+    }
     let failed = sections.iter().flat_map(|s| &s.experiment.checks).filter(|check| !check.holds).count();
     if args.strict && failed > 0 {
         return Err(Failure::program(format!("--strict: {failed} claims do not hold")));

@@ -232,13 +232,15 @@ pub(crate) struct FroxelOptions {
     pub(crate) voxel_size: Option<f32>,
     /// Pixels along the side of a froxel.
     pub(crate) tile: u32,
+    /// Slices of froxels along a ray.
+    pub(crate) slices: u32,
     /// Viewers whose froxels a frame fills; the picture is that of the first.
     pub(crate) viewers: u32,
 }
 
 impl Default for FroxelOptions {
     fn default() -> Self {
-        Self { range: None, voxel_size: None, tile: 8, viewers: 1 }
+        Self { range: None, voxel_size: None, tile: 8, slices: 128, viewers: 1 }
     }
 }
 

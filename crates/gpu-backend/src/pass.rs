@@ -15,6 +15,8 @@ pub(crate) enum Step {
     Clear(wgpu::Buffer),
     /// Copies all of a buffer to the beginning of another.
     Copy { from: wgpu::Buffer, to: wgpu::Buffer },
+    /// Copies a buffer into all of a texture, row by row.
+    CopyToTexture { from: wgpu::Buffer, bytes_per_row: u32, to: wgpu::Texture },
 }
 
 impl Step {
@@ -23,7 +25,7 @@ impl Step {
         match self {
             Self::Compute(pass) => Some(&pass.label),
             Self::Draw(pass) => Some(&pass.label),
-            Self::Clear(_) | Self::Copy { .. } => None,
+            Self::Clear(_) | Self::Copy { .. } | Self::CopyToTexture { .. } => None,
         }
     }
 
@@ -33,6 +35,18 @@ impl Step {
             Self::Compute(pass) => pass.encode(encoder, timer.map(|timer| timer.writes(index))),
             Self::Draw(pass) => pass.encode(encoder, timer.map(|timer| timer.draw_writes(index))),
             Self::Clear(buffer) => encoder.clear_buffer(buffer, 0, None),
+            Self::CopyToTexture { from, bytes_per_row, to } => encoder.copy_buffer_to_texture(
+                wgpu::TexelCopyBufferInfo {
+                    buffer: from,
+                    layout: wgpu::TexelCopyBufferLayout {
+                        offset: 0,
+                        bytes_per_row: Some(*bytes_per_row),
+                        rows_per_image: None,
+                    },
+                },
+                to.as_image_copy(),
+                to.size(),
+            ),
             Self::Copy { from, to } => encoder.copy_buffer_to_buffer(from, 0, to, 0, from.size()),
         }
     }

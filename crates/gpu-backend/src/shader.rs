@@ -99,7 +99,6 @@ pub const PASSES: &[File] = files![
     "sample/keep",
     "sample/lattice",
     "sample/refine",
-    "sample/resolve",
     "sample/tolerance",
     "scatter/exact",
     "scatter/frame_table",

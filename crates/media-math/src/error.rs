@@ -37,9 +37,19 @@ pub enum MediumError {
 }
 
 /// A table that cannot be built as asked.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum TableError {
+    /// A number for which there is no table.
+    #[error("a table needs {name} that is {needed}, got {value}")]
+    Value {
+        /// Which.
+        name: &'static str,
+        /// What it is.
+        value: f64,
+        /// What it may be.
+        needed: &'static str,
+    },
     /// A side is too short to interpolate on, or absurdly long.
     #[error("a table needs between 2 and 16384 entries a side, got {size}")]
     Size {

@@ -66,11 +66,13 @@ fn height_path(y0: f64, scale: f64, ray: &DRay, span: Interval) -> f64 {
             if height(inside) <= 0.0 {
                 return piece.length();
             }
-            let at_start = (-height(piece.start).max(0.0) / scale).exp();
+            let at = |x: f64| (-height(x).max(0.0) / scale).exp();
             if piece.end.is_infinite() {
-                return if slope > 0.0 { at_start * scale / slope } else { f64::INFINITY };
+                return if slope > 0.0 { at(piece.start) * scale / slope } else { f64::INFINITY };
             }
-            at_start * piece.length() * phi(piece.length() * slope / scale)
+            // from the lower end, where the density is larger: from the upper one a long way down is 0 times infinity
+            let densest = at(if slope < 0.0 { piece.end } else { piece.start });
+            densest * piece.length() * phi(piece.length() * slope.abs() / scale)
         })
         .sum()
 }
@@ -131,5 +133,19 @@ mod tests {
         let fog = Medium { density: Some(Density::Grid(grid)), ..medium() };
         let ray = DRay { origin: DVec3::new(-1.0, 0.5, 0.5), direction: DVec3::X };
         assert!((fog.optical_path(&ray, Interval::new(0.0, f64::INFINITY)) - 6.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_way_down_into_low_fog_is_the_way_up_out_of_it() {
+        let density = Some(Density::height(0.0, 0.003).unwrap());
+        let fog = Medium { density, ..Medium::homogeneous([0.1; 3], [0.0; 3]).unwrap() };
+        let length = 6.0;
+        // a thousand scale heights up, and slanting
+        let direction = DVec3::new(0.6, -0.8, 0.0);
+        let down = DRay { origin: DVec3::new(0.0, 4.8, 0.0), direction };
+        let up = DRay { origin: down.at(length), direction: -direction };
+        let [down, up] = [down, up].map(|ray| fog.optical_path(&ray, Interval::new(0.0, length)));
+        assert!((up - f64::from(0.003_f32) / 0.8).abs() < 1e-12, "{up}");
+        assert!((down / up - 1.0).abs() < 1e-9, "{down} {up}");
     }
 }

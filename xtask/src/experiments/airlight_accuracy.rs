@@ -452,7 +452,7 @@ pub(super) fn run(context: &Context) -> Outcome<Section> {
         tables: vec![overview(&results), by_category(&results, &categories)],
         plots: vec![plot(&results)],
         experiment: found,
-        pictures: Vec::new(),
+        ..Section::default()
     })
 }
 

@@ -20,6 +20,7 @@ mod billeter_seams;
 mod billeter_table1;
 mod counts;
 mod equal_error;
+mod error_budget;
 mod grid_ablation;
 mod grid_bench;
 mod grid_convergence;
@@ -114,6 +115,11 @@ pub(crate) const ALL: &[Entry] = &[
         id: "hard-cases",
         about: "numerical stability: every technique on the scenes on which techniques fail first",
         run: hard_cases::run,
+    },
+    Entry {
+        id: "error-budget",
+        about: "what the error of each technique is made of: visibility, tessellation, integration, upsampling, precision",
+        run: error_budget::run,
     },
     Entry {
         id: "map-traversal",

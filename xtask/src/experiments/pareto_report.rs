@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use hybrid_march::Sampling;
+
 use super::equal_error::{interpolate, median};
 use super::measure::Measured;
 use super::pareto::Case;
@@ -45,9 +47,12 @@ impl Case {
         all
     }
 
-    /// Time that the march needs for an error.
+    /// Time that the march needs for an error, at every pixel.
     fn march(&self, metric: Metric, target: f64) -> Option<f64> {
-        let marches = self.errors(metric).filter(|(found, _)| family(&found.setting) == "brute-force");
+        let is_plain = |found: &Measured| {
+            family(&found.setting) == "brute-force" && found.setting.options.sampling == Sampling::Pixels
+        };
+        let marches = self.errors(metric).filter(|(found, _)| is_plain(found));
         let mut points: Vec<(u32, f64, f64)> =
             marches.map(|(found, error)| (found.samples(), found.ms(), error)).collect();
         points.sort_by_key(|point| point.0);

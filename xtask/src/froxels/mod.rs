@@ -14,7 +14,7 @@ pub(crate) use gpu::hierarchy;
 use crate::airlight::{Airlight, Stage};
 use crate::failure::{Failure, Outcome};
 use crate::scene_args::Setup;
-use crate::technique::{Options, Technique};
+use crate::technique::{FroxelOptions, Options, Technique};
 
 /// Voxels along the longest side of a scene where none are given.
 const VOXELS: f32 = 200.0;
@@ -52,7 +52,8 @@ pub(crate) fn range(setup: &Setup, bvh: &Bvh) -> f32 {
 /// The froxels of a technique.
 pub(crate) fn settings(technique: Technique, setup: &Setup, bvh: &Bvh, options: &Options) -> Froxels {
     let range = options.froxels.range.unwrap_or_else(|| range(setup, bvh));
-    let froxels = Froxels { tile: options.froxels.tile, ..Froxels::new(range) };
+    let FroxelOptions { tile, slices, .. } = options.froxels;
+    let froxels = Froxels { tile, slices, ..Froxels::new(range) };
     if technique != Technique::SharedGrid {
         return froxels;
     }

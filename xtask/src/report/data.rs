@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
+use crate::failure::{Failure, Outcome};
 use crate::metrics::Metrics;
 
 /// One experiment: everything that `data.json` holds.
@@ -46,8 +47,18 @@ pub(crate) struct Experiment {
     pub plots: Vec<Attachment>,
 }
 
+impl Experiment {
+    /// The text of `data.json`.
+    pub(crate) fn json(&self) -> Outcome<Vec<u8>> {
+        let mut json = serde_json::to_vec_pretty(self)
+            .map_err(|error| Failure::program(format_args!("data.json of {}: {error}", self.id)))?;
+        json.push(b'\n');
+        Ok(json)
+    }
+}
+
 /// What the measurements ran on.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub(crate) struct Adapter {
     /// Name of the GPU or CPU.
     pub name: String,
@@ -110,6 +121,15 @@ pub(crate) struct Row {
     pub memory_bytes: Option<u64>,
     /// What the paper measured, such as `{"fps": 96}`.
     pub paper: Option<Map<String, Value>>,
+}
+
+impl Adapter {
+    /// Its name, with what it is in parentheses.
+    pub(crate) fn text(&self) -> String {
+        let details = [&self.backend, &self.kind].into_iter().filter(|text| !text.is_empty());
+        let details = details.map(String::as_str).collect::<Vec<_>>().join(", ");
+        if details.is_empty() { self.name.clone() } else { format!("{} ({details})", self.name) }
+    }
 }
 
 impl Row {

@@ -5,11 +5,13 @@
 //! colour-blind readers tell apart) and in the shape of their markers, so that a plot survives a grey printer.
 
 use std::error::Error;
+use std::fmt::Write;
 
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
+use super::bars::wrap;
 use super::escape::Escaped;
 use super::number;
 use super::table::{Column, Table};
@@ -113,9 +115,26 @@ impl Plot {
         table
     }
 
+    /// Where each curve begins and ends, in words.
+    pub(super) fn described(&self) -> String {
+        let at = |(x, y): (f64, f64)| format!("({}, {})", number::figure(x), number::figure(y));
+        let mut text = format!("Logarithmic axes: {} across, {} upwards.", self.x.text(), self.y.text());
+        for series in &self.series {
+            let points: Vec<(f64, f64)> =
+                series.points.iter().filter(|point| drawable(point)).copied().collect();
+            let _ = match points[..] {
+                [] => write!(text, " {}: no point.", series.label),
+                [only] => write!(text, " {}: {}.", series.label, at(only)),
+                [first, .., last] => write!(text, " {}: from {} to {}.", series.label, at(first), at(last)),
+            };
+        }
+        text
+    }
+
     /// A standalone SVG document on white, with its title for screen readers.
     pub(crate) fn svg(&self) -> Outcome<String> {
-        let legend: Vec<Vec<String>> = self.series.iter().map(|series| wrap(&series.label)).collect();
+        let legend: Vec<Vec<String>> =
+            self.series.iter().map(|series| wrap(&series.label, LEGEND_LETTERS)).collect();
         let lines: usize = legend.iter().map(Vec::len).sum();
         let height = LEAST_HEIGHT.max(TOP + LINE * (lines + legend.len()) as i32);
 
@@ -124,7 +143,7 @@ impl Plot {
             .map_err(|error| Failure::program(format_args!("plot {}: {error}", self.file)))?;
         // plotters knows neither a role nor a title, and shows a drawing as large as it was drawn
         let body = drawn.split_once('>').map_or("", |(_, body)| body).trim_start();
-        let label = format!("{}. {}", self.title, self.caption);
+        let label = format!("{}. {} {}", self.title, self.caption, self.described());
         Ok(format!(
             "<svg role=\"img\" aria-label=\"{}\" viewBox=\"0 0 {WIDTH} {height}\" width=\"{}\" height=\"{}\" \
              xmlns=\"http://www.w3.org/2000/svg\">\n<title>{}</title>\n{body}",
@@ -230,23 +249,6 @@ fn draw_marker(canvas: &Canvas<'_>, (x, y): (i32, i32), shape: usize, colour: RG
     Ok(())
 }
 
-/// Breaks a label between words.
-fn wrap(label: &str) -> Vec<String> {
-    let mut lines = vec![String::new()];
-    for word in label.split_whitespace() {
-        let fits = |line: &String| line.chars().count() + word.chars().count() < LEGEND_LETTERS;
-        match lines.last_mut() {
-            Some(line) if line.is_empty() => line.push_str(word),
-            Some(line) if fits(line) => {
-                line.push(' ');
-                line.push_str(word);
-            }
-            _ => lines.push(word.to_owned()),
-        }
-    }
-    lines
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -270,9 +272,10 @@ mod tests {
         let svg = sample().svg().unwrap();
         assert!(svg.contains("<title>Time &amp; error</title>"), "{svg}");
         assert!(
-            svg.contains("role=\"img\" aria-label=\"Time &amp; error. Less is better &lt;in both&gt;.\""),
+            svg.contains("role=\"img\" aria-label=\"Time &amp; error. Less is better &lt;in both&gt;. Logarithmic axes: time (ms) across"),
             "{svg}"
         );
+        assert!(svg.contains("hybrid: from (1.00, 0.100) to (10.0, 0.0100). exact: no point."), "{svg}");
         for word in ["time (ms)", "shadow error", "hybrid", "exact"] {
             assert!(svg.contains(word), "{word} is missing: {svg}");
         }
@@ -302,9 +305,9 @@ mod tests {
     #[test]
     fn labels_break_between_words() {
         assert_eq!(
-            wrap("hybrid march, 50 samples, quarter resolution"),
+            wrap("hybrid march, 50 samples, quarter resolution", LEGEND_LETTERS),
             ["hybrid march, 50 samples,", "quarter resolution"]
         );
-        assert_eq!(wrap(""), [""]);
+        assert_eq!(wrap("", LEGEND_LETTERS), [""]);
     }
 }

@@ -99,7 +99,7 @@ fn map_error(row: &Row) -> String {
 }
 
 /// `name value, name value`; texts without their quotes.
-fn pairs<'a>(entries: impl Iterator<Item = (&'a String, &'a Value)>) -> String {
+pub(super) fn pairs<'a>(entries: impl Iterator<Item = (&'a String, &'a Value)>) -> String {
     let pair = |(name, value): (&String, &Value)| match value {
         Value::Bool(true) => name.clone(),
         Value::String(text) => format!("{name} {text}"),
@@ -141,34 +141,46 @@ pub(crate) fn equal_error(entries: &[EqualError]) -> Table {
     table
 }
 
-/// The claims with their verdicts, each under the id of its experiment where `ids` are to be shown.
-pub(crate) fn checks<'a>(title: &str, checks: impl Iterator<Item = (Option<&'a str>, &'a Check)>) -> Table {
+/// The claims with their verdicts.
+pub(crate) fn checks<'a>(title: &str, checks: impl Iterator<Item = &'a Check>) -> Table {
+    claims(title, checks.map(|check| (check, None)))
+}
+
+/// The claims with their verdicts, each with the id and the place in the page of its experiment where those are given.
+pub(super) fn claims<'a>(
+    title: &str,
+    checks: impl Iterator<Item = (&'a Check, Option<(&'a str, String)>)>,
+) -> Table {
     let columns = vec![
-        Column::left("experiment"),
-        Column::left("claim"),
         Column::left("verdict"),
+        Column::left("claim"),
         Column::right("measured"),
         Column::right("bar"),
         Column::left("in the paper"),
+        Column::left("experiment"),
         Column::left("remark"),
     ];
     let mut table = Table::new(title, columns);
-    for (id, check) in checks {
+    let mut links = Vec::new();
+    for (check, experiment) in checks {
         let bar = match (check.bar, check.bound) {
             (Some(bar), Some(Bound::AtLeast)) => format!("≥ {}", number::figure(bar)),
             (Some(bar), Some(Bound::AtMost)) => format!("≤ {}", number::figure(bar)),
             (bar, _) => number::figure(bar),
         };
+        let (id, anchor) = experiment.unwrap_or_default();
+        links.push(anchor);
         table.push(vec![
-            id.unwrap_or_default().to_owned(),
-            check.claim.clone(),
             check.verdict().to_owned(),
+            check.claim.clone(),
             number::figure(check.measured),
             bar,
             check.paper.clone(),
+            id.to_owned(),
             check.note.clone().unwrap_or_default(),
         ]);
     }
+    (table.header, table.links) = (1, Some((5, links)));
     table.without_empty_columns()
 }
 
@@ -218,12 +230,13 @@ mod tests {
     #[test]
     fn a_claim_that_fails_says_so() {
         let check = Check::new("three times as fast", "Table 1", Some(2.0), Bound::AtLeast, 3.0);
-        let text = checks("Claims", [(Some("wyman-table1"), &check)].into_iter()).text();
+        let experiment = Some(("wyman-table1", "place".to_owned()));
+        let text = claims("Claims", [(&check, experiment)].into_iter()).text();
         assert!(
             text.contains("does not hold") && text.contains("≥ 3.00") && text.contains("wyman-table1"),
             "{text}"
         );
-        assert!(!checks("Claims", [(None, &check)].into_iter()).text().contains("experiment"));
+        assert!(!checks("Claims", [&check].into_iter()).text().contains("experiment"));
     }
 
     #[test]

@@ -1,8 +1,10 @@
 //! A report over invented data, for looking at and for the rules that every report keeps.
 
+use super::super::bars::{Bar, Bars, Quantity};
 use super::super::data::{Bound, Check, EqualError, Experiment, Row};
 use super::super::plot::{Axis, Plot, Series};
-use super::super::section::{Cost, Panel};
+use super::super::section::{Cost, Panel, PanelKind, PictureRow};
+use super::super::table::{Column, Table};
 use super::*;
 use crate::image_file::{Image, error_picture, to_srgb8};
 use crate::metrics::Metrics;
@@ -38,6 +40,9 @@ fn experiment_data(id: &str) -> Experiment {
             row.map_surface = Some("step".into());
             row.samples = Some(512 * 512 * samples);
             row.memory_bytes = Some(4 << 22);
+            if samples > 0 {
+                row.stages = [("faces".into(), 0.2 * ms * slow), ("march".into(), 0.8 * ms * slow)].into();
+            }
             rows.push(row);
         }
     }
@@ -142,6 +147,13 @@ fn sample(id: &str) -> Section {
             y: Axis::new("shadow error", ""),
             series,
         }],
+        bars: vec![Bars {
+            file: "budget.svg".into(),
+            title: "What the error is made of".into(),
+            caption: "Each source by itself.".into(),
+            quantity: Quantity::Error,
+            bars: vec![Bar::plain("shadow map, 1024²", 0.02), Bar::plain("50 steps", 0.005)],
+        }],
         pictures: vec![PictureRow { caption: "Sphere, optical depth 0.3, one point light.".into(), panels }],
     }
 }
@@ -242,7 +254,9 @@ fn times_and_errors_stand_together() {
 #[test]
 fn verdicts_are_words() {
     let page = render(&[sample("one")], &run_info()).unwrap();
-    for verdict in [">holds<", ">does not hold<", ">not measured<", "1 of 3 claims hold"] {
+    for verdict in
+        [">holds<", ">does not hold<", ">not measured<", "1 of 3 claims hold, 1 does not, 1 not measured"]
+    {
         assert!(page.contains(verdict), "{verdict}");
     }
 }
@@ -262,7 +276,10 @@ fn a_folder_holds_what_the_contract_lists() {
     let data: Experiment = serde_json::from_str(&read("one/data.json")).unwrap();
     assert_eq!(data.rows, experiment_data("one").rows);
     let listed: Vec<&str> = data.pictures.iter().chain(&data.plots).map(|file| file.file.as_str()).collect();
-    assert_eq!(listed, ["exact.png", "march.png", "march-error.png", "pareto.svg"]);
+    assert_eq!(
+        listed,
+        ["exact.png", "march.png", "march-error.png", "pareto.svg", "budget.svg", "stages.svg", "memory.svg"]
+    );
     for file in listed {
         assert!(out.path().join("one").join(file).is_file(), "{file}");
     }

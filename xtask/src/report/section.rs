@@ -3,10 +3,11 @@
 use std::fs;
 use std::path::Path;
 
-use super::data::{Attachment, Experiment};
+use super::bars::Bars;
+use super::data::{Attachment, Check, Experiment};
 use super::plot::Plot;
 use super::table::Table;
-use super::{number, rows};
+use super::{costs, number, rows};
 use crate::failure::{Failure, Outcome};
 use crate::image_file::Image8;
 use crate::metrics::Metrics;
@@ -22,6 +23,8 @@ pub(crate) struct Section {
     pub tables: Vec<Table>,
     /// Its plots.
     pub plots: Vec<Plot>,
+    /// Its bars; those of stage times and of memory need none: they are drawn for every experiment.
+    pub bars: Vec<Bars>,
     /// Its pictures.
     pub pictures: Vec<PictureRow>,
 }
@@ -44,6 +47,8 @@ pub(crate) struct Panel {
     pub title: String,
     /// What the picture shows, for those who cannot see it.
     pub alt: String,
+    /// Width and height; units: pixels.
+    pub size: (u32, u32),
     /// The PNG file's bytes.
     pub png: Vec<u8>,
     /// What is printed with it.
@@ -89,6 +94,44 @@ impl Cost {
     }
 }
 
+/// Claims by verdict.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(super) struct Tally {
+    pub(super) hold: usize,
+    pub(super) fail: usize,
+    pub(super) not_measured: usize,
+}
+
+impl Tally {
+    pub(super) fn of(checks: &[Check]) -> Self {
+        let mut tally = Self::default();
+        for check in checks {
+            *match check.verdict() {
+                "holds" => &mut tally.hold,
+                "not measured" => &mut tally.not_measured,
+                _ => &mut tally.fail,
+            } += 1;
+        }
+        tally
+    }
+
+    pub(super) fn all(self) -> usize {
+        self.hold + self.fail + self.not_measured
+    }
+}
+
+impl std::ops::Add for Tally {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            hold: self.hold + other.hold,
+            fail: self.fail + other.fail,
+            not_measured: self.not_measured + other.not_measured,
+        }
+    }
+}
+
 impl Panel {
     /// A picture with what is printed with it.
     pub(crate) fn new(
@@ -99,7 +142,8 @@ impl Panel {
         kind: PanelKind,
     ) -> Outcome<Self> {
         let png = image_file::encode_png(picture)?;
-        Ok(Self { file: file.into(), title: title.into(), alt: alt.into(), png, kind })
+        let size = (picture.width, picture.height);
+        Ok(Self { file: file.into(), title: title.into(), alt: alt.into(), size, png, kind })
     }
 }
 
@@ -109,15 +153,20 @@ impl Section {
         self.experiment.title.as_ref().unwrap_or(&self.experiment.id)
     }
 
+    /// How many claims there are to test of each verdict.
+    pub(super) fn tally(&self) -> Tally {
+        Tally::of(&self.experiment.checks)
+    }
+
     /// "2 of 3 claims hold".
     pub(super) fn verdict(&self) -> String {
-        let checks = &self.experiment.checks;
-        let holding = checks.iter().filter(|check| check.holds).count();
-        match checks.len() {
-            0 => "no claim to test".to_owned(),
-            1 if holding == 1 => "its claim holds".to_owned(),
-            1 => "its claim does not hold".to_owned(),
-            all => format!("{holding} of {all} claims hold"),
+        let tally = self.tally();
+        match (tally.all(), tally.hold, tally.not_measured) {
+            (0, ..) => "no claim to test".to_owned(),
+            (1, 1, _) => "its claim holds".to_owned(),
+            (1, _, 1) => "its claim was not measured".to_owned(),
+            (1, ..) => "its claim does not hold".to_owned(),
+            (all, hold, _) => format!("{hold} of {all} claims hold"),
         }
     }
 
@@ -126,13 +175,19 @@ impl Section {
         let Experiment { checks, equal_error, .. } = &self.experiment;
         let mut tables = Vec::new();
         if !checks.is_empty() {
-            tables.push(rows::checks("Claims", checks.iter().map(|check| (None, check))));
+            tables.push(rows::checks("Claims", checks.iter()));
         }
         tables.extend(self.tables.iter().cloned());
         if !equal_error.is_empty() {
             tables.push(rows::equal_error(equal_error));
         }
         tables
+    }
+
+    /// What the frames' times are made of and how much memory they hold, as tables and as bars.
+    pub(super) fn costs(&self) -> Vec<(Table, Bars)> {
+        let rows = &self.experiment.rows;
+        [costs::stages(rows), costs::memory(rows)].into_iter().flatten().collect()
     }
 
     /// Every measurement, unless there is none.
@@ -153,10 +208,11 @@ impl Section {
         fact("id", id);
         fact("source", source);
         fact("preset", preset);
-        fact("adapter", &format!("{} ({}, {})", adapter.name, adapter.backend, adapter.kind));
+        fact("adapter", &adapter.text());
         fact("revision", git);
         fact("command", command.as_deref().unwrap_or_default());
-        for table in self.result_tables().iter().chain(&self.measurements()) {
+        let costs = self.costs().into_iter().map(|(table, _)| table);
+        for table in self.result_tables().into_iter().chain(costs).chain(self.measurements()) {
             text += &format!("\n{}", table.text());
         }
         for row in &self.pictures {
@@ -189,12 +245,18 @@ impl Section {
         for plot in &self.plots {
             output_file::write_bytes(&folder.join(&plot.file), plot.svg()?.as_bytes())?;
         }
-        let mut json = serde_json::to_vec_pretty(&self.with_attachments()).map_err(|error| {
-            Failure::program(format_args!("data.json of {}: {error}", self.experiment.id))
-        })?;
-        json.push(b'\n');
+        for bars in self.all_bars() {
+            output_file::write_bytes(&folder.join(&bars.file), bars.svg().as_bytes())?;
+        }
+        let json = self.with_attachments().json()?;
         output_file::write_bytes(&folder.join("data.json"), &json)?;
         output_file::write_bytes(&folder.join("table.txt"), self.text().as_bytes())
+    }
+
+    /// The experiment's own bars, stage times and memory.
+    fn all_bars(&self) -> Vec<Bars> {
+        let costs = self.costs().into_iter().map(|(_, bars)| bars);
+        self.bars.iter().cloned().chain(costs).collect()
     }
 
     fn panels(&self) -> impl Iterator<Item = &Panel> {
@@ -213,6 +275,11 @@ impl Section {
             file: plot.file.clone(),
             caption: plot.title.clone(),
             alt: plot.caption.clone(),
+        }));
+        experiment.plots.extend(self.all_bars().into_iter().map(|bars| Attachment {
+            alt: format!("{} {}", bars.caption, bars.described()),
+            file: bars.file,
+            caption: bars.title,
         }));
         experiment
     }

@@ -7,9 +7,7 @@ use bytemuck::{Pod, Zeroable};
 use hybrid_march::Adaptive;
 
 use crate::checked::{check_size, filled_buffer, prepared};
-use crate::pass::{
-    ComputePass, Dispatch, Step, bind, compute_pipeline, storage_texture, storage_written, texture, uniform,
-};
+use crate::pass::{ComputePass, Dispatch, Step, bind, compute_pipeline, storage_written, texture, uniform};
 use crate::{CreateError, PrepareError};
 
 /// `Level` of the shaders.
@@ -48,6 +46,7 @@ pub(crate) struct Samples {
     rays: wgpu::Buffer,
     values: wgpu::Buffer,
     unshadowed: wgpu::Buffer,
+    planes: wgpu::Buffer,
     pub(super) state: wgpu::Buffer,
 }
 
@@ -55,7 +54,7 @@ impl Samples {
     /// For a picture of `size` pixels.
     pub(super) fn new(device: &wgpu::Device, size: (u32, u32), spacing: u32) -> Result<Self, PrepareError> {
         let what = "a view's adaptive sampling";
-        let pixels = u64::from(size.0) * u64::from(size.1);
+        let pixels = u64::from(padded(size.0)) * u64::from(size.1);
         let (columns, rows) = lattice(size, spacing);
         check_size(device, what, 16 * pixels)?;
         prepared(device, what, || {
@@ -72,8 +71,9 @@ impl Samples {
             Self {
                 spacing,
                 rays: buffer("listed rays", LIST_HEAD + 4 * pixels, none),
-                values: buffer("listed radiance", 16 * pixels, none),
+                values: buffer("listed radiance", 16 * pixels, wgpu::BufferUsages::COPY_SRC),
                 unshadowed: buffer("unshadowed lattice", 16 * u64::from(columns) * u64::from(rows), none),
+                planes: buffer("inverse depths", 4 * pixels, none),
                 state: buffer("adaptive sampling", size_of::<State>() as u64, state),
             }
         })
@@ -96,8 +96,16 @@ impl Samples {
 
     /// Memory; units: bytes.
     pub(super) fn bytes(&self) -> u64 {
-        [&self.rays, &self.values, &self.unshadowed, &self.state].into_iter().map(wgpu::Buffer::size).sum()
+        [&self.rays, &self.values, &self.unshadowed, &self.planes, &self.state]
+            .into_iter()
+            .map(wgpu::Buffer::size)
+            .sum()
     }
+}
+
+/// Pixels of a row of an array that can be copied into a texture.
+fn padded(width: u32) -> u32 {
+    width.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT / 16)
 }
 
 /// Columns and rows of the first rays.
@@ -113,7 +121,7 @@ pub(super) struct SampledView<'a> {
     pub(super) ray_ends: &'a wgpu::TextureView,
     pub(super) samples: &'a Samples,
     /// What the airlight of all pixels goes into.
-    pub(super) picture: &'a wgpu::TextureView,
+    pub(super) picture: &'a wgpu::Texture,
 }
 
 /// The passes that decide which rays are traced.
@@ -125,7 +133,6 @@ pub(crate) struct SamplePasses {
     keep: wgpu::ComputePipeline,
     tolerance: wgpu::ComputePipeline,
     refine: wgpu::ComputePipeline,
-    resolve: wgpu::ComputePipeline,
 }
 
 impl SamplePasses {
@@ -141,7 +148,7 @@ impl SamplePasses {
                 uniform(4),
                 storage_written(5),
                 storage_written(6),
-                storage_texture(7, wgpu::TextureFormat::Rgba32Float, flat),
+                storage_written(7),
             ],
         });
         let pipeline = |name: &str| compute_pipeline(device, &format!("sample/{name}"), &[&layout], &[]);
@@ -151,7 +158,6 @@ impl SamplePasses {
             keep: pipeline("keep")?,
             tolerance: pipeline("tolerance")?,
             refine: pipeline("refine")?,
-            resolve: pipeline("resolve")?,
             layout,
         })
     }
@@ -179,7 +185,7 @@ impl SamplePasses {
         let first = lattice(view.size, adaptive.spacing);
         let whole = group(adaptive.spacing);
         let mut steps = vec![
-            pass("sampling, lattice", &self.lattice, &whole, over(first)),
+            pass("sampling, lattice", &self.lattice, &whole, over(view.size)),
             pass("sampling, list", &self.close, &whole, [1, 1, 1]),
         ];
         steps.extend(unlit.iter().cloned().map(Step::Compute));
@@ -194,7 +200,11 @@ impl SamplePasses {
             steps.extend(trace.iter().cloned().map(Step::Compute));
             stride /= 2;
         }
-        steps.push(pass("sampling, picture", &self.resolve, &whole, over(view.size)));
+        steps.push(Step::CopyToTexture {
+            from: view.samples.values.clone(),
+            bytes_per_row: 16 * padded(view.size.0),
+            to: view.picture.clone(),
+        });
         steps
     }
 
@@ -222,7 +232,7 @@ impl SamplePasses {
                 level.as_entire_binding(),
                 samples.state.as_entire_binding(),
                 samples.unshadowed.as_entire_binding(),
-                wgpu::BindingResource::TextureView(view.picture),
+                samples.planes.as_entire_binding(),
             ],
         )
     }

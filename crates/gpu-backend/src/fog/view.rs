@@ -394,7 +394,7 @@ impl ViewPasses<'_> {
         let (Some(passes), Some(samples)) = (&self.fog.sampling, &targets.samples) else { return Ok(()) };
         prepared(self.device, "a view", || {
             let ray_ends = view_of(&targets.ray_ends);
-            let Some(picture) = targets.airlight[0].as_ref().map(view_of) else { return };
+            let Some(picture) = &targets.airlight[0] else { return };
             let mut rays = ListedRays { image, samples, ray_ends: &ray_ends, traced: Vec::new() };
             let mut unlit = ListedRays { traced: Vec::new(), ..rays };
             for ((work, faces), table) in self.work.iter().zip(&image.faces).zip(tables) {
@@ -411,7 +411,7 @@ impl ViewPasses<'_> {
                 size: image.plane.size,
                 ray_ends: &ray_ends,
                 samples,
-                picture: &picture,
+                picture,
             };
             steps.extend(passes.steps(self.device, &view, adaptive, &rays.traced, &unlit.traced));
         })

@@ -101,7 +101,7 @@ fn of_every_pixel(facts: &Facts<'_>, froxels: Option<Froxels>) -> Vec<Candidate>
 /// Whether the hybrid takes all lights in this medium.
 fn takes_hybrid(facts: &Facts<'_>) -> bool {
     let medium = &facts.medium;
-    !medium.heterogeneous
-        && !medium.bounded
-        && !(medium.without_falloff && facts.lights.iter().any(|light| light.kind == LightKind::Point))
+    let has_point = facts.lights.iter().any(|light| light.kind == LightKind::Point);
+    let refused = medium.heterogeneous || medium.bounded || (medium.without_falloff && has_point);
+    !refused
 }

@@ -116,7 +116,8 @@ impl MediumFacts {
     /// Whether airlight between boundaries has a closed form for a light of a kind.
     pub(super) fn is_closed(&self, kind: LightKind) -> bool {
         let local = kind != LightKind::Directional;
-        !self.heterogeneous && !self.bounded && !(local && self.without_falloff)
+        let varies = self.heterogeneous || self.bounded || (local && self.without_falloff);
+        !varies
     }
 }
 

@@ -195,7 +195,8 @@ impl<T: Real> FrameTable<T> {
     /// A₀ grows without bound towards cos γ = ±1; the outermost columns are read half an entry inside.
     ///
     /// # Errors
-    /// [`TableError::Size`] unless 2 ≤ `size` ≤ 16384.
+    /// [`TableError::Size`] unless 2 ≤ `size` ≤ 16384; [`TableError::Value`] if a coefficient is negative or not finite, or
+    /// a distance not positive and finite.
     pub fn new(
         size: usize,
         sigma_s: f64,
@@ -203,6 +204,8 @@ impl<T: Real> FrameTable<T> {
         light_distance: f64,
         x_max: f64,
     ) -> Result<Self, TableError> {
+        check_problem(sigma_s, sigma_t, light_distance)?;
+        check_distance("an end", x_max)?;
         let inset = 1.0 - 1.0 / size.max(2) as f64;
         let grid = Grid::new(size, |w, x| {
             let cos_gamma = (2.0 * w - 1.0).clamp(-inset, inset);
@@ -219,6 +222,24 @@ impl<T: Real> FrameTable<T> {
         };
         intensity * (at(x1) - at(x0))
     }
+}
+
+fn check_distance(name: &'static str, value: f64) -> Result<(), TableError> {
+    if value > 0.0 && value.is_finite() {
+        Ok(())
+    } else {
+        Err(TableError::Value { name, value, needed: "positive and finite, in metres" })
+    }
+}
+
+/// Coefficients and a distance for which airlight is defined.
+fn check_problem(sigma_s: f64, sigma_t: f64, light_distance: f64) -> Result<(), TableError> {
+    for (name, value) in [("a sigma_s", sigma_s), ("a sigma_t", sigma_t)] {
+        if !(value >= 0.0 && value.is_finite()) {
+            return Err(TableError::Value { name, value, needed: "at least 0 and finite" });
+        }
+    }
+    check_distance("a light's distance", light_distance)
 }
 
 /// A per-frame table like [`FrameTable`] without its singularity: a better parametrisation of the same lookup.
@@ -243,8 +264,10 @@ impl<T: Real> AngleTable<T> {
     /// eye; coefficients in m⁻¹.
     ///
     /// # Errors
-    /// [`TableError::Size`] unless 2 ≤ `size` ≤ 16384.
+    /// [`TableError::Size`] unless 2 ≤ `size` ≤ 16384; [`TableError::Value`] if a coefficient is negative or not finite, or
+    /// the distance not positive and finite.
     pub fn new(size: usize, sigma_s: f64, sigma_t: f64, light_distance: f64) -> Result<Self, TableError> {
+        check_problem(sigma_s, sigma_t, light_distance)?;
         // with unit scattering, so that a medium that only absorbs has a table too
         let medium =
             HomogeneousMedium::with_extinction(1.0, sigma_t).map_err(|_| TableError::Size { size })?;
@@ -256,7 +279,9 @@ impl<T: Real> AngleTable<T> {
     /// Airlight between distances `x0` and `x1` (m, the second may be infinite) of an isotropic medium, for the ray that
     /// passes the light at `foot`.
     pub fn airlight(&self, intensity: T, foot: &Foot<T>, x0: T, x1: T) -> T {
-        let (distance, h) = (T::lit(self.light_distance), foot.h);
+        let distance = T::lit(self.light_distance);
+        // a ray along the way from the light has no angle at all
+        let h = foot.h.max(T::lit(LEAST_ANGLE) * distance);
         let gamma = h.atan2(foot.x_foot);
         let whole = T::PI() - gamma;
         // ψ M at a distance
@@ -273,10 +298,13 @@ impl<T: Real> AngleTable<T> {
     }
 }
 
+/// Nearest that γ comes to 0 and π; units: rad.
+const LEAST_ANGLE: f64 = 1e-6;
+
 /// M at shares of γ in [0, π] and of ψ in [0, π − γ], in a medium of unit scattering.
 fn mean_over_angle<T: Real>(medium: &HomogeneousMedium<T>, light_distance: T, column: T, row: T) -> T {
     // on the axis itself the angle is 0 or π at once: a little beside it the mean is the same
-    let least = T::lit(1e-6);
+    let least = T::lit(LEAST_ANGLE);
     let gamma = (column * T::PI()).max(least).min(T::PI() - least);
     let foot = Foot { x_foot: light_distance * gamma.cos(), h: light_distance * gamma.sin() };
     let psi = row * (T::PI() - gamma);
@@ -343,6 +371,31 @@ mod tests {
         assert!(error(256, Interpolation::Bicubic) < 1e-5);
         let exact_f = literal_airlight(0.05, 0.07, 1.0, &foot, 0.0, 12.0, sun_f);
         assert!((exact_f / exact - 1.0).abs() < 1e-13);
+    }
+
+    #[test]
+    fn an_angle_table_is_finite_on_the_axis() {
+        let table = AngleTable::<f64>::new(64, 0.05, 0.07, 5.0).unwrap();
+        let medium = HomogeneousMedium::new(0.05, 0.02).unwrap();
+        // straight away from the light: there the integral is finite
+        let foot = Foot { x_foot: -5.0, h: 0.0 };
+        for end in [4.0, f64::INFINITY] {
+            let (got, exact) =
+                (table.airlight(3.0, &foot, 0.0, end), airlight_isotropic(&medium, 3.0, &foot, 0.0, end));
+            assert!((got / exact - 1.0).abs() < 0.01, "{got} {exact}");
+        }
+        assert!(table.airlight(3.0, &Foot { x_foot: 5.0, h: 0.0 }, 0.0, 9.0).is_finite());
+    }
+
+    #[test]
+    fn tables_of_nonsense_are_refused() {
+        let frame = |s, t, d, end| FrameTable::<f32>::new(8, s, t, d, end);
+        assert!(frame(0.1, 0.2, 3.0, 20.0).is_ok() && frame(0.0, 0.0, 3.0, 20.0).is_ok());
+        assert!(matches!(frame(0.1, 0.2, 3.0, 0.0), Err(TableError::Value { name: "an end", .. })));
+        for (s, t, d, end) in [(-0.1, 0.2, 3.0, 9.0), (0.1, f64::NAN, 3.0, 9.0), (0.1, 0.2, 0.0, 9.0)] {
+            assert!(frame(s, t, d, end).is_err() && AngleTable::<f32>::new(8, s, t, d).is_err());
+        }
+        assert!(frame(0.1, 0.2, 3.0, f64::INFINITY).is_err());
     }
 
     #[test]

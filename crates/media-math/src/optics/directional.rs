@@ -65,9 +65,12 @@ pub fn directional_airlight_slab<T: Real, S: Spectrum<T>>(
     if !(length > T::zero()) {
         return S::splat(T::zero());
     }
-    let path = medium.sigma_t().map(|sigma_t| {
-        transmittance(sigma_t, light_path_0 + x0) * length * phi(sigma_t * (T::one() + slope) * length)
-    });
+    let growth = T::one() + slope;
+    // from the end with the shorter way: from the other it is 0 times infinity in a thick medium
+    let shorter = light_path_0 + x0 + if growth < T::zero() { growth * length } else { T::zero() };
+    let path = medium
+        .sigma_t()
+        .map(|sigma_t| transmittance(sigma_t, shorter) * length * phi(sigma_t * growth.abs() * length));
     medium.sigma_s().times(irradiance).times(path).scale(phase_value)
 }
 
@@ -208,5 +211,19 @@ mod tests {
         let clear = HoffmanPreetham::<f32, f32>::new(0.0, 0.0, 0.0, 0.5, MieNormalisation::Standard).unwrap();
         assert_eq!(clear.in_scatter(1.0, 10.0, core::iter::once((0.0, 1e6))), 0.0);
         assert_eq!(clear.extinction_factor(1e6), 1.0);
+    }
+
+    #[test]
+    fn a_way_that_shortens_in_a_thick_medium_is_the_way_back() {
+        let medium = HomogeneousMedium::<f64>::new(1000.0, 0.0).unwrap();
+        // the way of the light falls by 3 m for each metre of the ray, from 6 m
+        let there = directional_airlight_slab(&medium, 1.0, 1.0, 0.0, 2.0, 6.0, -3.0);
+        // ∫ e^(−σ (6 − 2 x)) dx up to 2 m
+        let exact = 1000.0 * (-2000.0_f64).exp() / 2000.0;
+        assert!(there.is_finite() && (there - exact).abs() < 1e-300, "{there} {exact}");
+        let thin = HomogeneousMedium::<f64>::new(0.5, 0.0).unwrap();
+        let there = directional_airlight_slab(&thin, 1.0, 1.0, 0.0, 2.0, 6.0, -3.0);
+        let exact = 0.5 * ((-0.5_f64 * 2.0).exp() - (-0.5_f64 * 6.0).exp());
+        assert!((there / exact - 1.0).abs() < 1e-12, "{there} {exact}");
     }
 }
