@@ -404,8 +404,8 @@ fn defaults_are_said() {
     desk.done("render bare.gltf --size 8x8 -o out/b.npy");
     assert_eq!(read_npy(&desk.path("out/b.npy")).0, pixels);
     // flags without use are said too, and cost nothing else
-    let ended = desk.done(&format!("{RENDER} --samples 5 --viewers 3"));
-    assert!(ended.stderr.contains("--samples") && ended.stderr.contains("--viewers"), "{}", ended.stderr);
+    let ended = desk.done(&format!("{RENDER} --samples 5 --voxel-size 3"));
+    assert!(ended.stderr.contains("--samples") && ended.stderr.contains("--voxel-size"), "{}", ended.stderr);
 }
 
 #[test]

@@ -130,16 +130,25 @@ impl<T: Real> Problem<T> {
                 x_foot.hypot(h),
                 self.x1.widen(),
             );
-            self.frame = Some(table.map_err(Failure::program)?);
+            self.frame = taken(table)?;
             let angles = AngleTable::new(
                 FRAME_SIZE,
                 self.medium.sigma_s().widen(),
                 self.medium.sigma_t().widen(),
                 x_foot.hypot(h),
             );
-            self.angles = Some(angles.map_err(Failure::program)?);
+            self.angles = taken(angles)?;
         }
         Ok(self)
+    }
+}
+
+/// A table, or none where a case has no such table: a light at the eye. Such a case counts as wrong.
+fn taken<T>(table: Result<T, TableError>) -> Outcome<Option<T>> {
+    match table {
+        Ok(table) => Ok(Some(table)),
+        Err(TableError::Value { .. }) => Ok(None),
+        Err(error) => Err(Failure::program(error)),
     }
 }
 
