@@ -307,9 +307,13 @@ fn compare(
     options: &Options,
     picture: &Picture,
 ) -> Outcome<(Value, Vec<u8>)> {
-    let reference =
-        frame::render(setup, bvh, other, options, None, &format!("{} (reference)", other.name()))?;
-    let open = Options { shadows_in_medium: false, ..*options };
+    // what is judged must not judge itself: rays that the picture left out are traced here
+    let full = match options.sampling {
+        Sampling::Adaptive(_) => Options { sampling: Sampling::Pixels, ..*options },
+        _ => *options,
+    };
+    let reference = frame::render(setup, bvh, other, &full, None, &format!("{} (reference)", other.name()))?;
+    let open = Options { shadows_in_medium: false, ..full };
     let unshadowed = frame::render(setup, bvh, other, &open, None, "unshadowed")?;
     let figures = metrics::compare(&picture.image, &reference.image, Some(&unshadowed.image), None)?;
     let errors = image_file::error_picture(&picture.image, &reference.image)?;
