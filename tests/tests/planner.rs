@@ -64,6 +64,20 @@ fn targets_are_met_on_a_gpu() {
 }
 
 #[test]
+fn a_picture_is_not_compared_with_what_it_left_out_itself() {
+    let Some(desk) = desk() else { return };
+    let said = rendered(
+        &desk,
+        "procedural:hall --size 256x256 --airlight-only --backend gpu --technique exact-shadow-map --shadow-map 64 \
+         --target-error 0.5 --against exact-shadow-map",
+    );
+    assert!(said["plan"]["sampling"]["adaptive"].is_object(), "{}", said["plan"]);
+    // without interpolation it would be rounding, some 1e-6
+    let error = said["error"]["shadow_err"].as_f64().unwrap();
+    assert!((1e-4..=0.5).contains(&error), "{}", said["error"]);
+}
+
+#[test]
 fn without_a_target_it_is_one_percent() {
     let Some(desk) = desk() else { return };
     let said = rendered(&desk, "procedural:slats --size 48x48 --backend gpu --against exact");
