@@ -78,6 +78,21 @@ impl Desk {
         Self { with_gpu: true, ..Self::default() }
     }
 
+    /// The same where a GPU works; `None` with a line that says so where there is none, which fails if `REQUIRE_GPU` is set.
+    #[expect(clippy::print_stdout, reason = "a test that does not run says so")]
+    pub fn with_working_gpu() -> Option<Self> {
+        let desk = Self::with_gpu();
+        let probe =
+            "render procedural:slats -o out/probe.npy --size 4x4 --backend gpu --technique brute-force";
+        let ended = desk.run(probe);
+        if ended.code == 0 {
+            return Some(desk);
+        }
+        assert!(std::env::var_os("REQUIRE_GPU").is_none(), "REQUIRE_GPU is set, but: {}", ended.stderr);
+        println!("GPU test did not run: {}", ended.stderr);
+        None
+    }
+
     /// A file or folder on the desk.
     pub fn path(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)

@@ -3,25 +3,11 @@
 use airlight_tests::cli::{Desk, all_right};
 use serde_json::Value;
 
-/// A desk with a GPU; `None` where there is none, which fails if `REQUIRE_GPU` is set.
-#[expect(clippy::print_stdout, reason = "a test that does not run says so")]
-fn desk() -> Option<Desk> {
-    let desk = Desk::with_gpu();
-    let ended =
-        desk.run("render procedural:slats -o out/probe.npy --size 4x4 --backend gpu --technique brute-force");
-    if ended.code == 0 {
-        return Some(desk);
-    }
-    assert!(std::env::var_os("REQUIRE_GPU").is_none(), "REQUIRE_GPU is set, but: {}", ended.stderr);
-    println!("GPU test did not run: {}", ended.stderr);
-    None
-}
-
 const SCENE: &str = "procedural:slats --size 48x48 --shadow-map 128";
 
 #[test]
 fn pictures_are_those_of_the_cpu() {
-    let Some(desk) = desk() else { return };
+    let Some(desk) = Desk::with_working_gpu() else { return };
     for technique in [
         "brute-force --samples 400 --visibility map",
         "brute-force --samples 400 --visibility map --map-surface linear",
@@ -46,7 +32,7 @@ fn pictures_are_those_of_the_cpu() {
 /// bar of either's own error.
 #[test]
 fn the_hybrids_pictures_are_those_of_the_cpu() {
-    let Some(desk) = desk() else { return };
+    let Some(desk) = Desk::with_working_gpu() else { return };
     let spot = "--spot-light 0,3,0.5:0,0,0:30:40:80";
     for technique in [
         "--samples 800 --visibility map".to_owned(),
@@ -70,7 +56,7 @@ fn the_hybrids_pictures_are_those_of_the_cpu() {
 /// Leaves next to the threshold may be split on one and not on the other, where they matter as little as the threshold.
 #[test]
 fn light_volumes_are_those_of_the_cpu() {
-    let Some(desk) = desk() else { return };
+    let Some(desk) = Desk::with_working_gpu() else { return };
     let spot = "--spot-light 0,3,0.5:0,0,0:30:40:80";
     for technique in [
         "--tessellation static".to_owned(),
@@ -102,7 +88,7 @@ fn light_volumes_are_those_of_the_cpu() {
 
 #[test]
 fn where_nothing_scatters_no_light_volume_is_made() {
-    let Some(desk) = desk() else { return };
+    let Some(desk) = Desk::with_working_gpu() else { return };
     desk.done(&format!(
         "render {SCENE} -o out/a.npy --airlight-only --backend gpu --technique light-volume --sigma-s 0 --json out/a.json"
     ));
@@ -115,7 +101,7 @@ fn where_nothing_scatters_no_light_volume_is_made() {
 
 #[test]
 fn what_ran_is_said() {
-    let Some(desk) = desk() else { return };
+    let Some(desk) = Desk::with_working_gpu() else { return };
     desk.done(&format!(
         "render {SCENE} -o out/a.npy --backend gpu --technique exact-shadow-map --json out/a.json --against exact"
     ));
@@ -139,7 +125,7 @@ fn what_ran_is_said() {
 
 #[test]
 fn what_the_gpu_lacks_is_refused_there_and_done_elsewhere() {
-    let Some(desk) = desk() else { return };
+    let Some(desk) = Desk::with_working_gpu() else { return };
     let nine = " --point-light 0,2,0:9".repeat(9);
     all_right([
         desk.misrefused(
@@ -179,7 +165,7 @@ fn what_the_gpu_lacks_is_refused_there_and_done_elsewhere() {
 
 #[test]
 fn eval_fills_what_the_gpu_computes() {
-    let Some(desk) = desk() else { return };
+    let Some(desk) = Desk::with_working_gpu() else { return };
     for (kind, file) in [
         ("f", "F_public.json"),
         ("airlight", "airlight_public.json"),

@@ -5,20 +5,6 @@ use airlight_tests::cli::Desk;
 use airlight_tests::glb::Glb;
 use serde_json::{Value, json};
 
-/// A desk with a GPU; `None` where there is none, which fails if `REQUIRE_GPU` is set.
-#[expect(clippy::print_stdout, reason = "a test that does not run says so")]
-fn desk() -> Option<Desk> {
-    let desk = Desk::with_gpu();
-    let ended =
-        desk.run("render procedural:slats -o out/probe.npy --size 4x4 --backend gpu --technique brute-force");
-    if ended.code == 0 {
-        return Some(desk);
-    }
-    assert!(std::env::var_os("REQUIRE_GPU").is_none(), "REQUIRE_GPU is set, but: {}", ended.stderr);
-    println!("GPU test did not run: {}", ended.stderr);
-    None
-}
-
 /// Renders with `arguments`; what `--json` says.
 fn rendered(desk: &Desk, arguments: &str) -> Value {
     desk.done(&format!("render {arguments} -o out/a.npy --json out/a.json"));
@@ -44,7 +30,7 @@ fn meets(said: &Value, target: f64) {
 
 #[test]
 fn targets_are_met_on_a_gpu() {
-    let Some(desk) = desk() else { return };
+    let Some(desk) = Desk::with_working_gpu() else { return };
     let mut chosen = Vec::new();
     for (scene, target) in [
         ("procedural:slats", 0.05),
@@ -65,7 +51,7 @@ fn targets_are_met_on_a_gpu() {
 
 #[test]
 fn a_picture_is_not_compared_with_what_it_left_out_itself() {
-    let Some(desk) = desk() else { return };
+    let Some(desk) = Desk::with_working_gpu() else { return };
     let said = rendered(
         &desk,
         "procedural:hall --size 256x256 --airlight-only --backend gpu --technique exact-shadow-map --shadow-map 64 \
@@ -79,7 +65,7 @@ fn a_picture_is_not_compared_with_what_it_left_out_itself() {
 
 #[test]
 fn without_a_target_it_is_one_percent() {
-    let Some(desk) = desk() else { return };
+    let Some(desk) = Desk::with_working_gpu() else { return };
     let said = rendered(&desk, "procedural:slats --size 48x48 --backend gpu --against exact");
     meets(&said, 0.01);
     let said = rendered(&desk, "procedural:empty --size 16x16 --backend gpu --against exact");

@@ -199,14 +199,13 @@ impl<'a> GpuFrame<'a> {
     fn samples(&self) -> Outcome<u64> {
         let samples = self.stats().samples;
         let Sampling::Adaptive(_) = self.sampling else { return Ok(samples) };
-        let (width, height) = self.stage.options.size;
         let steps = match self.technique {
             gpu_backend::Technique::BruteForce { samples, .. } => samples,
             gpu_backend::Technique::Hybrid(hybrid) => hybrid.samples,
             _ => 0,
         };
         let whole = u64::from(steps) * self.stage.setup.lights.len() as u64;
-        Ok(whole * self.traced_rays()?.min(u64::from(width) * u64::from(height)))
+        Ok(whole * self.traced_rays()?)
     }
 
     /// Triangles that the last frame made of the lights: two for each edge of a silhouette, or the surfaces of light

@@ -211,8 +211,7 @@ pub(crate) fn compute_pipeline(
     layouts: &[&wgpu::BindGroupLayout],
     constants: &[(&str, f64)],
 ) -> Result<wgpu::ComputePipeline, CreateError> {
-    let layouts: Vec<_> = layouts.iter().map(|&layout| Some(layout)).collect();
-    pipeline(device, pass, shader::assemble(pass)?, Some(&layouts), constants)
+    pipeline(device, pass, shader::assemble(pass)?, Some(layouts), constants)
 }
 
 /// The same of a scattering pass over the pixels of a list.
@@ -222,8 +221,7 @@ pub(crate) fn listed_pipeline(
     layouts: &[&wgpu::BindGroupLayout],
     constants: &[(&str, f64)],
 ) -> Result<wgpu::ComputePipeline, CreateError> {
-    let layouts: Vec<_> = layouts.iter().map(|&layout| Some(layout)).collect();
-    pipeline(device, pass, shader::assemble_listed(pass)?, Some(&layouts), constants)
+    pipeline(device, pass, shader::assemble_listed(pass)?, Some(layouts), constants)
 }
 
 /// A compute pipeline with the bind groups that its shader declares.
@@ -238,7 +236,7 @@ fn pipeline(
     device: &wgpu::Device,
     pass: &str,
     source: String,
-    layouts: Option<&[Option<&wgpu::BindGroupLayout>]>,
+    layouts: Option<&[&wgpu::BindGroupLayout]>,
     constants: &[(&str, f64)],
 ) -> Result<wgpu::ComputePipeline, CreateError> {
     created(device, pass, || {
@@ -247,9 +245,10 @@ fn pipeline(
             source: wgpu::ShaderSource::Wgsl(source.into()),
         });
         let layout = layouts.map(|layouts| {
+            let layouts: Vec<_> = layouts.iter().map(|&layout| Some(layout)).collect();
             device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
                 label: Some(pass),
-                bind_group_layouts: layouts,
+                bind_group_layouts: &layouts,
                 ..Default::default()
             })
         });
