@@ -1,4 +1,4 @@
-// Lists the rays of the lattice, and finds the inverse depth of every pixel. In and out: see sampling.wgsl.
+// Lists the rays of the lattice, and finds the inverse distance that every pixel sees. In and out: see sampling.wgsl.
 
 #import sampling
 
@@ -8,7 +8,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let end = textureLoad(ray_ends, id.xy, 0).r;
-    planes[place_of(id.xy)] = select(view_ray(id.xy).length / end, 0.0, end >= 1e29);
+    inverse_depths[place_of(id.xy)] = select(1.0 / end, 0.0, end >= 1e29);
     let size = lattice_size();
     if any(id.xy >= size) {
         return;

@@ -1,33 +1,42 @@
-// The error that is accepted: a share of what shadows take away on the lattice, as root mean square. One group of threads.
-// In and out: see sampling.wgsl.
+// The estimate up to which a level's share of the budget reaches. One thread. In and out: see sampling.wgsl.
+// Twin: `Budget::tolerance` in crates/hybrid-march/src/adaptive/budget.rs.
 
 #import sampling
 
-// Share of the unshadowed airlight that shadows count as at least: below are the roundings of 32-bit floats.
-const LEAST_SHADOWS: f32 = 1e-3;
+// Share of a level's pixels to be traced from which on all of them are.
+const NEARLY_ALL: f32 = 0.45;
 
-// sums of squares: of what shadows take away, and of all
-var<workgroup> sums: array<vec2f, 256>;
+// The estimate at a place among the bins; units: target errors.
+fn estimate_at(bin: f32) -> f32 {
+    return exp2(bin / BINS_PER_OCTAVE + FIRST_OCTAVE);
+}
 
-@compute @workgroup_size(256)
-fn main(@builtin(local_invocation_index) index: u32) {
-    let size = lattice_size();
-    let count = size.x * size.y;
-    var sum = vec2f();
-    for (var i = index; i < count; i += 256u) {
-        let all = unshadowed[i].rgb;
-        let taken = all - values[place_of(vec2u(i % size.x, i / size.x) * level.spacing)].rgb;
-        sum += vec2f(dot(taken, taken), dot(all, all));
-    }
-    sums[index] = sum;
-    for (var reach = 128u; reach > 0u; reach /= 2u) {
-        workgroupBarrier();
-        if index < reach {
-            sums[index] += sums[index + reach];
+@compute @workgroup_size(1)
+fn main() {
+    // an error is inherited by all pixels that are predicted from this one
+    let half = f32(level.stride / 2u);
+    let pixels = f32(level.survey) * half * half;
+    let share = level.share * sampling.left;
+    var spent = 0.0;
+    var taken = 0.0;
+    var all = f32(atomicExchange(&sampling.counts[BINS], 0u));
+    var end = f32(BINS);
+    for (var bin = 0u; bin < BINS; bin++) {
+        let count = f32(atomicExchange(&sampling.counts[bin], 0u));
+        let middle = estimate_at(f32(bin) + 0.5);
+        let squares = count * pixels * middle * middle;
+        all += count;
+        if end == f32(BINS) {
+            let part = select(1.0, (share - spent) / squares, spent + squares > share);
+            spent += part * squares;
+            taken += part * count;
+            end = select(end, f32(bin) + part, part < 1.0);
         }
     }
-    if index == 0u {
-        let mean = max(sums[0].x, LEAST_SHADOWS * LEAST_SHADOWS * sums[0].y) / f32(count);
-        sampling.error = level.tolerance * sqrt(mean);
+    if all - taken > NEARLY_ALL * all {
+        sampling.error = -1.0;
+        return;
     }
+    sampling.left -= spent;
+    sampling.error = sampling.unit * min(estimate_at(end), level.most);
 }

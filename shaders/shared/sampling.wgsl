@@ -1,4 +1,4 @@
-// Adaptive sampling: what its passes read and write. A lattice of rays is traced, then what lies between is interpolated or
+// Adaptive sampling: what its passes read and write. A lattice of rays is traced, then what lies between is predicted or
 // listed to be traced, at half the stride each time.
 //
 // Twins: crates/gpu-backend/src/fog/sampling.rs (layout), crates/hybrid-march/src/adaptive.rs (method).
@@ -6,10 +6,20 @@
 #import view
 #import ray_list
 
+// Bins of the histogram of estimates: by quarters of a power of two, from this power of the target error on.
+const BINS: u32 = 56u;
+const BINS_AND_REST: u32 = 57u;
+const BINS_PER_OCTAVE: f32 = 4.0;
+const FIRST_OCTAVE: f32 = -10.0;
+
 struct Level {
-    stride: u32,     // distance of the pixels that are known; units: pixels
-    spacing: u32,    // of the lattice; units: pixels
-    tolerance: f32,  // estimated error that is accepted, as a share of what shadows take away
+    stride: u32,   // distance of the pixels that are known; units: pixels
+    spacing: u32,  // of the lattice; units: pixels
+    survey: u32,   // of how many groups in a row one is in the histogram
+    target_error: f32, // as a share of what shadows take away
+    budget: f32,   // mean square that estimates may have; units: squares of the target error
+    share: f32,    // of what is left of it, for this level
+    most: f32,     // estimate that is accepted; units: target errors
     _pad: f32,
 }
 
@@ -17,9 +27,12 @@ struct Sampling {
     found: atomic<u32>, // rays that were listed since the list was last closed
     traced: u32,        // rays in all lists
     error: f32,         // estimated error that is accepted; units: W/(m^2 sr)
-    _pad: u32,
+    unit: f32,          // target error; units: W/(m^2 sr)
     groups: vec3u,      // of threads over the list
-    _pad1: u32,
+    left: f32,          // of the budget, for all pixels together; units: squares of the target error
+    // estimates of the level by their size; the last ones are too large for any bin
+    counts: array<atomic<u32>, BINS_AND_REST>,
+    _pad: array<u32, 3>,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -30,8 +43,8 @@ struct Sampling {
 @group(0) @binding(5) var<storage, read_write> sampling: Sampling;
 // radiance of the lattice as if nothing cast a shadow
 @group(0) @binding(6) var<storage, read_write> unshadowed: array<vec4f>;
-// 1/z with the planar depth z of every pixel, 0 for infinity; units: 1/m
-@group(0) @binding(7) var<storage, read_write> planes: array<f32>;
+// inverse distance of what every pixel sees; units: 1/m
+@group(0) @binding(7) var<storage, read_write> inverse_depths: array<f32>;
 
 // Columns and rows of the lattice.
 fn lattice_size() -> vec2u {

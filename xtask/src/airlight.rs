@@ -132,7 +132,7 @@ impl Stage<'_> {
         let open = BruteForce { medium, lights, occluders: None, samples, model: *model };
         let unlit = |_: u32, _: u32, ray: &DRay, end| open.airlight(ray, end).airlight.as_dvec3();
         let (picture, _) = adaptive
-            .picture(camera, size, &ends, |pixels| of(pixels, &pixel), |pixels| of(pixels, &unlit))
+            .picture(size, &ends, |pixels| of(pixels, &pixel), |pixels| of(pixels, &unlit))
             .map_err(Failure::input)?;
         (self.tick)(size.1.into());
         Ok(picture)

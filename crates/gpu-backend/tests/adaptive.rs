@@ -115,7 +115,7 @@ fn the_error_that_is_asked_for_is_met_with_fewer_rays() {
 fn every_technique_by_ray_takes_it() {
     for gpu in gpus() {
         let mut fog = fog(&gpu);
-        let stage = Stage::procedural("hall", (120, 90), 0.5);
+        let stage = Stage::procedural("hall", (200, 150), 0.5);
         let lights = stage.lights();
         let casters = stage.bvh.bounds();
         let maps: Vec<_> = lights
@@ -166,7 +166,7 @@ fn every_technique_by_ray_takes_it() {
 fn a_textured_spot_takes_it() {
     let Some(gpu) = gpu() else { return };
     let mut fog = fog(&gpu);
-    let stage = Stage::procedural("hall", (120, 90), 0.5);
+    let stage = Stage::procedural("hall", (200, 150), 0.5);
     let Light::Spot(spot) = stage.lights().remove(1) else { panic!("the second is a spot") };
     let panes = (0..64).map(|i| [(i % 8) as f32 / 8.0, (i / 8) as f32 / 8.0, 0.4]).collect();
     let texture = Arc::new(LightTexture::new(8, 8, panes, TextureFilter::Linear).unwrap());
@@ -229,7 +229,6 @@ fn the_gpu_traces_the_rays_that_the_cpu_traces() {
         };
         let (want, wanted) = adaptive
             .picture(
-                &stage.camera,
                 stage.size,
                 &stage.ends_f32(),
                 |pixels| of(pixels, &|ray, end| reference.airlight(ray, end)),

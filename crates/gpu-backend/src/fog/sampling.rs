@@ -4,7 +4,7 @@
 //! What is traced is found on the GPU, in lists that indirect dispatches go through, so that nothing waits for the CPU.
 
 use bytemuck::{Pod, Zeroable};
-use hybrid_march::Adaptive;
+use hybrid_march::{Adaptive, AdaptiveLevel};
 
 use crate::checked::{check_size, filled_buffer, prepared};
 use crate::pass::{ComputePass, Dispatch, Step, bind, compute_pipeline, storage_written, texture, uniform};
@@ -16,9 +16,16 @@ use crate::{CreateError, PrepareError};
 struct Level {
     stride: u32,
     spacing: u32,
-    tolerance: f32,
+    survey: u32,
+    target_error: f32,
+    budget: f32,
+    share: f32,
+    most: f32,
     _pad: f32,
 }
+
+/// Bins of a histogram, and the one for what is too large for them.
+const BINS_AND_REST: usize = 57;
 
 /// `Sampling` of the shaders.
 #[repr(C)]
@@ -27,9 +34,11 @@ struct State {
     found: u32,
     traced: u32,
     error: f32,
-    _pad: u32,
+    unit: f32,
     groups: [u32; 3],
-    _pad1: u32,
+    left: f32,
+    counts: [u32; BINS_AND_REST],
+    _pad: [u32; 3],
 }
 
 /// Bytes in front of a list's pixels.
@@ -46,7 +55,7 @@ pub(crate) struct Samples {
     rays: wgpu::Buffer,
     values: wgpu::Buffer,
     unshadowed: wgpu::Buffer,
-    planes: wgpu::Buffer,
+    inverse_depths: wgpu::Buffer,
     pub(super) state: wgpu::Buffer,
 }
 
@@ -73,7 +82,7 @@ impl Samples {
                 rays: buffer("listed rays", LIST_HEAD + 4 * pixels, none),
                 values: buffer("listed radiance", 16 * pixels, wgpu::BufferUsages::COPY_SRC),
                 unshadowed: buffer("unshadowed lattice", 16 * u64::from(columns) * u64::from(rows), none),
-                planes: buffer("inverse depths", 4 * pixels, none),
+                inverse_depths: buffer("inverse depths", 4 * pixels, none),
                 state: buffer("adaptive sampling", size_of::<State>() as u64, state),
             }
         })
@@ -96,7 +105,7 @@ impl Samples {
 
     /// Memory; units: bytes.
     pub(super) fn bytes(&self) -> u64 {
-        [&self.rays, &self.values, &self.unshadowed, &self.planes, &self.state]
+        [&self.rays, &self.values, &self.unshadowed, &self.inverse_depths, &self.state]
             .into_iter()
             .map(wgpu::Buffer::size)
             .sum()
@@ -131,6 +140,8 @@ pub(crate) struct SamplePasses {
     lattice: wgpu::ComputePipeline,
     close: wgpu::ComputePipeline,
     keep: wgpu::ComputePipeline,
+    budget: wgpu::ComputePipeline,
+    survey: wgpu::ComputePipeline,
     tolerance: wgpu::ComputePipeline,
     refine: wgpu::ComputePipeline,
 }
@@ -156,6 +167,8 @@ impl SamplePasses {
             lattice: pipeline("lattice")?,
             close: pipeline("close")?,
             keep: pipeline("keep")?,
+            budget: pipeline("budget")?,
+            survey: pipeline("survey")?,
             tolerance: pipeline("tolerance")?,
             refine: pipeline("refine")?,
             layout,
@@ -172,7 +185,6 @@ impl SamplePasses {
         trace: &[ComputePass],
         unlit: &[ComputePass],
     ) -> Vec<Step> {
-        let group = |stride| self.group(device, view, adaptive, stride);
         let pass = |name: &str, pipeline: &wgpu::ComputePipeline, group: &wgpu::BindGroup, groups| {
             Step::Compute(ComputePass {
                 label: name.to_owned(),
@@ -183,22 +195,24 @@ impl SamplePasses {
         };
         let over = |(columns, rows): (u32, u32)| [columns.div_ceil(8), rows.div_ceil(8), 1];
         let first = lattice(view.size, adaptive.spacing);
-        let whole = group(adaptive.spacing);
-        let mut steps = vec![
-            pass("sampling, lattice", &self.lattice, &whole, over(view.size)),
-            pass("sampling, list", &self.close, &whole, [1, 1, 1]),
-        ];
-        steps.extend(unlit.iter().cloned().map(Step::Compute));
-        steps.push(pass("sampling, unshadowed", &self.keep, &whole, over(first)));
-        steps.extend(trace.iter().cloned().map(Step::Compute));
-        steps.push(pass("sampling, tolerance", &self.tolerance, &whole, [1, 1, 1]));
-        let mut stride = adaptive.spacing;
-        while stride > 1 {
-            let group = group(stride);
-            steps.push(pass("sampling, refine", &self.refine, &group, over(lattice(view.size, stride))));
+        let mut steps = Vec::new();
+        for (index, level) in adaptive.levels(view.size).enumerate() {
+            let group = self.group(device, view, adaptive, &level);
+            if index == 0 {
+                steps.push(pass("sampling, lattice", &self.lattice, &group, over(view.size)));
+                steps.push(pass("sampling, list", &self.close, &group, [1, 1, 1]));
+                steps.extend(unlit.iter().cloned().map(Step::Compute));
+                steps.push(pass("sampling, unshadowed", &self.keep, &group, over(first)));
+                steps.extend(trace.iter().cloned().map(Step::Compute));
+                steps.push(pass("sampling, budget", &self.budget, &group, [1, 1, 1]));
+            }
+            let [columns, rows, _] = over(lattice(view.size, level.stride));
+            let surveyed = [columns.div_ceil(level.survey), rows, 1];
+            steps.push(pass("sampling, survey", &self.survey, &group, surveyed));
+            steps.push(pass("sampling, tolerance", &self.tolerance, &group, [1, 1, 1]));
+            steps.push(pass("sampling, refine", &self.refine, &group, [columns, rows, 1]));
             steps.push(pass("sampling, list", &self.close, &group, [1, 1, 1]));
             steps.extend(trace.iter().cloned().map(Step::Compute));
-            stride /= 2;
         }
         steps.push(Step::CopyToTexture {
             from: view.samples.values.clone(),
@@ -213,10 +227,18 @@ impl SamplePasses {
         device: &wgpu::Device,
         view: &SampledView<'_>,
         adaptive: &Adaptive,
-        stride: u32,
+        level: &AdaptiveLevel,
     ) -> wgpu::BindGroup {
-        let tolerance = adaptive.tolerance(view.size) as f32;
-        let level = Level { stride, spacing: adaptive.spacing, tolerance, _pad: 0.0 };
+        let level = Level {
+            stride: level.stride,
+            spacing: adaptive.spacing,
+            survey: level.survey,
+            target_error: adaptive.target_error,
+            budget: adaptive.budget(view.size) as f32,
+            share: level.share as f32,
+            most: adaptive.most_estimate(view.size) as f32,
+            _pad: 0.0,
+        };
         let bytes = bytemuck::bytes_of(&level);
         let level = filled_buffer(device, "sampling level", bytes, wgpu::BufferUsages::UNIFORM);
         let samples = view.samples;
@@ -232,7 +254,7 @@ impl SamplePasses {
                 level.as_entire_binding(),
                 samples.state.as_entire_binding(),
                 samples.unshadowed.as_entire_binding(),
-                samples.planes.as_entire_binding(),
+                samples.inverse_depths.as_entire_binding(),
             ],
         )
     }
@@ -247,10 +269,10 @@ mod tests {
     fn the_shaders_read_what_rust_writes() {
         let (fields, span) = wgsl_struct("sample/refine", "Level");
         assert_eq!(span as usize, size_of::<Level>());
-        assert_eq!(fields, offsets!(Level: stride, spacing, tolerance, _pad));
+        assert_eq!(fields, offsets!(Level: stride, spacing, survey, target_error, budget, share, most, _pad));
         let (fields, span) = wgsl_struct("sample/refine", "Sampling");
         assert_eq!(span as usize, size_of::<State>());
-        assert_eq!(fields, offsets!(State: found, traced, error, _pad, groups, _pad1));
+        assert_eq!(fields, offsets!(State: found, traced, error, unit, groups, left, counts, _pad));
         let (fields, _) = wgsl_struct("sample/refine", "RayList");
         assert!(fields.iter().any(|(name, at)| name == "pixels" && u64::from(*at) == LIST_HEAD));
     }
