@@ -101,10 +101,7 @@ fn main(@builtin(workgroup_id) tile: vec3u, @builtin(local_invocation_index) ind
     if any(pixel >= view.size) {
         return;
     }
-    var sum = vec4f();
-    if light.adds == 1u {
-        sum = so_far(pixel);
-    }
+    var sum = select(vec4f(), so_far(pixel), light.adds == ADDS);
     let hit = hits[pixel.y * view.size.x + pixel.x];
     if hit < arrayLength(&surface_triangles) {
         sum += vec4f(surface_radiance(pixel, surface_triangles[hit]), 0.0);

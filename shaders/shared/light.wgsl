@@ -65,13 +65,12 @@ struct LightFoot {
 // lost next to the light.
 fn light_foot(ray: ViewRay) -> LightFoot {
     let x_foot = dot(light.to_light, ray.direction);
-    var normal = cross(light.to_light, ray.tangent);
-    if light.image.z != 0.0 {
-        let apart = ((ray.pixel - light.pixel.xy) - light.pixel.zw) * vec2f(view.scale_x, view.scale_y);
-        // image x tangent, times the depth of the light
-        let p = light.image;
-        normal = light.to_light.z * vec3f(-apart.y, apart.x, p.x * apart.y - p.y * apart.x);
-    }
+    let apart = ((ray.pixel - light.pixel.xy) - light.pixel.zw) * vec2f(view.scale_x, view.scale_y);
+    // image x tangent, times the depth of the light
+    let p = light.image;
+    let by_image = light.to_light.z * vec3f(-apart.y, apart.x, p.x * apart.y - p.y * apart.x);
+    // no branch: a driver that compiles branches on uniforms anew for their values would do so in every dispatch
+    let normal = select(cross(light.to_light, ray.tangent), by_image, light.image.z != 0.0);
     let squared = ray.length * ray.length;
     // the part of the way to the light at right angles to the ray is tangent x normal/|tangent|^2 with this sign
     let to_light = cross(ray.tangent, normal) / squared;
@@ -147,9 +146,6 @@ fn cone_piece(foot: LightFoot, axis: vec3f, direction: vec3f, cos2: f32, piece: 
 
 // The part of a piece that anything inside the occluders' sphere may shadow.
 fn shadowed_piece(kind: u32, foot: LightFoot, ray: ViewRay, piece: vec2f) -> vec2f {
-    if light.radius < 0.0 {
-        return no_piece(piece.x);
-    }
     var behind = piece;
     if kind == DIRECTIONAL {
         // a half-infinite cylinder, capped at the sphere's near side
@@ -174,20 +170,15 @@ fn shadowed_piece(kind: u32, foot: LightFoot, ray: ViewRay, piece: vec2f) -> vec
     } else {
         let to_center = light.center - light.to_light;
         let distance = length(to_center);
-        if distance <= light.radius {
-            return piece;
-        }
-        let axis = to_center / distance;
-        let sine = light.radius / distance;
-        behind = nonnegative(
-            -dot(light.to_light, axis) - (distance - light.radius), dot(ray.direction, axis), piece,
-        );
-        if behind.y <= behind.x {
-            return no_piece(piece.x);
-        }
+        let axis = to_center / max(distance, 1e-30);
+        let sine = min(light.radius / max(distance, 1e-30), 1.0);
+        let offset = -dot(light.to_light, axis) - (distance - light.radius);
+        behind = nonnegative(offset, dot(ray.direction, axis), piece);
         behind = cone_piece(foot, axis, ray.direction, (1.0 - sine) * (1.0 + sine), behind);
+        // from within, everything; a branch on uniforms alone would be compiled anew, as above
+        behind = select(behind, piece, distance <= light.radius);
     }
-    if behind.y <= behind.x {
+    if behind.y <= behind.x || light.radius < 0.0 {
         return no_piece(piece.x);
     }
     return behind;

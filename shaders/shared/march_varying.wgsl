@@ -74,10 +74,8 @@ fn march_varying(pixel: vec2u) -> vec4f {
     if LIGHT == SPOT {
         piece = cone_piece(lamp.foot, light.axis, ray.direction, light.cos_outer * light.cos_outer, piece);
     }
-    var sum = vec4f();
-    if light.adds == 1u {
-        sum = so_far(pixel);
-    }
+    // no branches on uniforms alone: see pixels.wgsl
+    let sum = select(vec4f(), so_far(pixel), light.adds == ADDS);
     if !(piece.y > piece.x) {
         return sum;
     }
@@ -88,10 +86,8 @@ fn march_varying(pixel: vec2u) -> vec4f {
     let sight = sight_of(ray);
     let foot = lamp.foot.foot;
     let steps = steps_of(foot, piece, endless && LIGHT != GLOW, LIGHT == DIRECTIONAL || LIGHT == GLOW);
-    var passed = sum.a;
-    if light.first_sample == 0u {
-        passed = optical_path(vec3f(), direction, vec2f(0.0, piece.x));
-    }
+    let before = optical_path(vec3f(), direction, vec2f(0.0, piece.x));
+    var passed = select(sum.a, before, light.first_sample == 0u);
     var radiance = vec3f();
     for (var i = light.first_sample; i < light.end_sample; i++) {
         let start = step_at(steps, f32(i));

@@ -101,13 +101,12 @@ fn picture_colour(w: vec3f) -> vec3f {
     }
     let size = vec2i(textureDimensions(picture));
     let at = picture_coordinates(w) * vec2f(size);
-    if light.nearest_texel == 1u {
-        return textureLoad(picture, clamp(vec2i(floor(at)), vec2i(0), size - 1), 0).rgb;
-    }
-    let corner = floor(at - 0.5);
-    let f = at - 0.5 - corner;
+    // the nearest texel is all four; no branch on a uniform alone: see pixels.wgsl
+    let is_nearest = light.nearest_texel == 1u;
+    let corner = floor(at - select(0.5, 0.0, is_nearest));
+    let f = select(at - 0.5 - corner, vec2f(), is_nearest);
     let low = clamp(vec2i(corner), vec2i(0), size - 1);
-    let high = clamp(vec2i(corner) + 1, vec2i(0), size - 1);
+    let high = clamp(vec2i(corner) + select(1, 0, is_nearest), vec2i(0), size - 1);
     let upper = mix(textureLoad(picture, low, 0).rgb, textureLoad(picture, vec2i(high.x, low.y), 0).rgb, f.x);
     let lower = mix(textureLoad(picture, vec2i(low.x, high.y), 0).rgb, textureLoad(picture, high, 0).rgb, f.x);
     return mix(upper, lower, f.y);

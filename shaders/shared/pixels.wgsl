@@ -27,34 +27,29 @@ fn set_so_far(pixel: vec2u, sum: vec4f) {
 
 // Whether a pixel's airlight is asked for: all of them, or those that were left over at a lower resolution.
 fn is_wanted(pixel: vec2u) -> bool {
-    return light.adds < REFINES || so_far(pixel).a > 0.0;
+    // not `||`: see `add`
+    return (light.adds < REFINES) | (so_far(pixel).a > 0.0);
 }
 
-// Adds a light's radiance to that of the lights before. What was not asked for keeps what it has.
+// Adds a light's radiance to that of the lights before, and `below` to alpha. What was not asked for keeps what it has.
+//
+// Nothing branches on a uniform alone: lavapipe compiles a shader anew for the values of such uniforms, in every dispatch.
+fn add(pixel: vec2u, radiance: vec3f, below: f32) {
+    let kept = so_far(pixel);
+    let refines = light.adds >= REFINES;
+    let wanted = !refines | (kept.a > 0.0);
+    let before = select(vec3f(), kept.rgb, (light.adds == ADDS) | (light.adds == REFINES_FURTHER));
+    let own = select(below, 0.0, refines);
+    let alpha = select(0.0, kept.a, refines | (light.adds == ADDS));
+    set_so_far(pixel, vec4f(select(kept.rgb, before + radiance, wanted), alpha + own));
+}
+
 fn add_radiance(pixel: vec2u, radiance: vec3f) {
-    var sum = vec4f(radiance, 0.0);
-    if light.adds == ADDS {
-        sum += so_far(pixel);
-    } else if light.adds >= REFINES {
-        let kept = so_far(pixel);
-        let wanted = kept.a > 0.0;
-        let refined = radiance + select(vec3f(), kept.rgb, light.adds == REFINES_FURTHER);
-        sum = vec4f(select(kept.rgb, refined, wanted), kept.a);
-    }
-    set_so_far(pixel, sum);
+    add(pixel, radiance, 0.0);
 }
 
 // The same of radiance that rounding may have made negative: what is taken away is added to alpha.
 fn add_clamped(pixel: vec2u, radiance: vec3f) {
     let below = max(max(-radiance.r, -radiance.g), max(-radiance.b, 0.0));
-    let kept = max(radiance, vec3f());
-    if light.adds >= REFINES {
-        add_radiance(pixel, kept);
-        return;
-    }
-    var sum = vec4f(kept, below);
-    if light.adds == ADDS {
-        sum += so_far(pixel);
-    }
-    set_so_far(pixel, sum);
+    add(pixel, max(radiance, vec3f()), below);
 }

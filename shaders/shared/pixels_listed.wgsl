@@ -28,10 +28,7 @@ fn is_wanted(pixel: vec2u) -> bool {
     return true;
 }
 
+// No branch on a uniform alone: see pixels.wgsl.
 fn add_radiance(pixel: vec2u, radiance: vec3f) {
-    var sum = vec4f(radiance, 0.0);
-    if light.adds == ADDS {
-        sum += so_far(pixel);
-    }
-    set_so_far(pixel, sum);
+    set_so_far(pixel, vec4f(radiance, 0.0) + select(vec4f(), so_far(pixel), light.adds == ADDS));
 }
