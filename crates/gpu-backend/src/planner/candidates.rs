@@ -15,9 +15,9 @@ const HYBRID: [u32; 7] = [4, 8, 16, 32, 64, 128, 256];
 /// Thresholds of quadtrees around what a light reaches, as shares of the casters' diagonal.
 const THRESHOLDS: [f32; 2] = [1e-2, 1e-3];
 
-/// What interpolation is allowed to err by where few rays are traced, as shares of the target: with something left for
-/// the technique's own error whatever the picture, and as much as usually does no harm ([`usual_error`](super::usual_error())).
-const ADAPTIVE_SHARES: [f32; 3] = [0.4, 0.8, 1.4];
+/// What interpolation is allowed to err by where few rays are traced, as shares of the target: what is left over is the
+/// technique's own.
+const ADAPTIVE_SHARES: [f32; 3] = [0.4, 0.7, 0.95];
 
 /// One way to make a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,7 +1,7 @@
 //! What a frame costs: operations counted from what is known of it, times what one takes on a device.
 
 use super::{Candidate, Facts, LightFacts, LightKind, ShadowFacts};
-use crate::{Technique, Tessellation};
+use crate::{Adaptive, Technique, Tessellation};
 use shadowmap::MapSurface;
 
 /// What is counted.
@@ -73,16 +73,29 @@ impl Operation {
 const PICTURE_PIECES: f64 = 100.0;
 
 /// Passes of adaptive sampling, beside those that trace.
-const ADAPTIVE_PASSES: f64 = 12.0;
+const ADAPTIVE_PASSES: f64 = 25.0;
 
-/// Share of a picture's rays that is usually traced for a target error.
-fn traced_share(target: f64) -> f64 {
-    (TRACED_AT_ONE_PERCENT * (0.01 / target).powf(TRACED_GROWTH)).min(1.0)
+/// Rays that are usually traced of a picture with so many pixels along a side, in mean rays: those beside edges cost more.
+///
+/// Measured on 16 set-ups of 256², 512² and 1024² pixels; scenes are up to twice above and below.
+fn traced_share(adaptive: &Adaptive, side: f64) -> f64 {
+    let lattice = f64::from(adaptive.spacing).powi(-2);
+    let target = 0.01 / f64::from(adaptive.target_error);
+    let growth = if target < 1.0 { target.powf(0.55) } else { target.powf(0.75) };
+    let between = 1.0 - (-TRACED_AT_ONE_PERCENT * growth * (1024.0 / side).powf(1.4)).exp();
+    if between > 0.45 {
+        // then all are
+        return lattice + LISTED_AT_ONCE * (1.0 - lattice);
+    }
+    lattice + LISTED * between * (1.0 - lattice)
 }
 
-/// Its value for 1 %, and the exponent with which it grows.
-const TRACED_AT_ONE_PERCENT: f64 = 0.3;
-const TRACED_GROWTH: f64 = 0.4;
+/// What it is for 1 % of a picture of 1024², without the lattice.
+const TRACED_AT_ONE_PERCENT: f64 = 0.021;
+
+/// Cost of a ray of a list, in mean rays: beside an edge, and where all are listed.
+const LISTED: f64 = 1.4;
+const LISTED_AT_ONCE: f64 = 1.2;
 
 /// Nanoseconds of each operation on a device, by kind of light: columns as [`LightKind::ALL`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -93,33 +106,32 @@ pub struct Costs {
 }
 
 impl Costs {
-    /// Lavapipe on two cores of a server CPU.
+    /// Lavapipe on two cores of a server CPU, with nothing else running.
     ///
-    /// Fitted by least squares of relative errors to the 12 set-ups of `repro pareto --preset quick`, generated scenes and
-    /// files, with a speed of its own for each set-up, since others used the machine; half of the predictions are
-    /// within 20 % of such a set-up's times, nine in ten within a factor of two. The whole is scaled so that a step takes
-    /// what it does in `repro map-traversal --preset standard` on an idle machine, 3 ns. Passes, closed forms, varying
-    /// steps, shadow rays, silhouettes, light volumes (as where rays cross them often) and what adaptive sampling adds come from single measurements, and are rougher.
+    /// Fitted by least squares of relative errors to five set-ups of `repro pareto --preset quick` (256² pixels) and laid between
+    /// those and eight of 1024² pixels, whose rays are more coherent and take two thirds of the time. Passes and what
+    /// interpolation takes a pixel are what is left over between the two sizes. Varying steps, shadow rays and closed forms
+    /// come from single measurements, and are rougher.
     pub const SOFTWARE: Self = Self {
         nanoseconds: [
-            [3e5, 3e5, 3e5],         // Pass
-            [60.0, 90.0, 10.0],      // ClosedForm
-            [233.0, 247.0, 202.0],   // Walk
-            [9.4, 15.5, 22.7],       // Block
-            [54.0, 37.8, 108.0],     // LinearBlock
-            [4.8, 2.0, 12.5],        // PyramidTexel
-            [98.0, 173.0, 12.0],     // March
-            [3.0, 3.0, 3.0],         // Step
-            [30.0, 30.0, 30.0],      // VaryingStep
-            [500.0, 500.0, 500.0],   // ShadowRay
-            [60.0, 180.0, 110.0],    // Hybrid
-            [5.3, 4.6, 6.0],         // HybridStep
-            [100.0, 100.0, 100.0],   // SilhouetteTriangle
-            [2000.0, 900.0, 3500.0], // VolumeRay
-            [70.0, 70.0, 200.0],     // VolumeTexel
-            [2.0, 2.0, 2.0],         // TreeTexel
-            [343.0, 451.0, 379.0],   // Froxel
-            [60.0, 60.0, 60.0],      // Interpolation
+            [2.2e5, 2.2e5, 2.2e5],  // Pass
+            [60.0, 90.0, 10.0],     // ClosedForm
+            [230.0, 280.0, 130.0],  // Walk
+            [13.0, 7.0, 11.0],      // Block
+            [50.0, 32.0, 37.0],     // LinearBlock
+            [5.0, 5.8, 5.0],        // PyramidTexel
+            [100.0, 180.0, 50.0],   // March
+            [3.0, 2.4, 2.5],        // Step
+            [30.0, 30.0, 30.0],     // VaryingStep
+            [500.0, 500.0, 500.0],  // ShadowRay
+            [175.0, 210.0, 100.0],  // Hybrid
+            [6.0, 4.3, 3.4],        // HybridStep
+            [100.0, 140.0, 150.0],  // SilhouetteTriangle
+            [1300.0, 790.0, 620.0], // VolumeRay
+            [60.0, 75.0, 65.0],     // VolumeTexel
+            [2.0, 2.0, 2.0],        // TreeTexel
+            [470.0, 450.0, 410.0],  // Froxel
+            [22.0, 22.0, 22.0],     // Interpolation
         ],
         scale: 1.0,
     };
@@ -158,12 +170,13 @@ fn operations(
     use Operation as Op;
     let pixels = facts.pixels as f64;
     let adaptive = candidate.sampling.adaptive();
-    let rays = pixels * adaptive.map_or(1.0, |adaptive| traced_share(f64::from(adaptive.target_error)));
-    let closed = facts.medium.is_closed(light.kind) && !light.textured;
-    let (side, changed) = light.map().map_or((0.0, false), |map| (f64::from(map.side), map.changed));
-    let texels = side * side * f64::from(light.kind.faces());
-    let made = if changed { texels } else { 0.0 };
     let views = f64::from(facts.views);
+    let side = (pixels / views.max(1.0)).sqrt();
+    let rays = pixels * adaptive.map_or(1.0, |adaptive| traced_share(adaptive, side));
+    let closed = facts.medium.is_closed(light.kind) && !light.textured;
+    let (map_side, changed) = light.map().map_or((0.0, false), |map| (f64::from(map.side), map.changed));
+    let texels = map_side * map_side * f64::from(light.kind.faces());
+    let made = if changed { texels } else { 0.0 };
     let mut all = Vec::new();
     if adaptive.is_some() {
         all.extend([(Op::Pass, ADAPTIVE_PASSES * views), (Op::Interpolation, pixels)]);
@@ -180,7 +193,7 @@ fn operations(
         Technique::ExactShadowMap { surface } => {
             let block = if surface == MapSurface::Linear { Op::LinearBlock } else { Op::Block };
             all.extend([(Op::Pass, 1.0 + views), (Op::PyramidTexel, made)]);
-            all.extend([(Op::Walk, rays), (block, rays * side.sqrt())]);
+            all.extend([(Op::Walk, rays), (block, rays * map_side.sqrt())]);
             if !closed {
                 all.push((Op::VaryingStep, rays * PICTURE_PIECES));
             }

@@ -22,17 +22,13 @@ const HYBRID: [f64; 3] = [1.2, 0.45, 1.5];
 const VARYING_MARCH: f64 = 10.0;
 const VARYING_HYBRID: f64 = 0.6;
 
-/// Error of interpolation where few rays are traced, as a share of what it was allowed: 0.1 to 0.3 in most pictures, 0.6
-/// to 0.8 where shafts are thin.
-const INTERPOLATED: f64 = 0.6;
-
 /// The error of a candidate as a share of what the shadows change, against the map where one is read: what nine in ten
-/// scenes are below, measured by `cargo xtask repro pareto`.
+/// scenes are below, measured by `cargo xtask repro pareto`. Interpolation between rays counts as all that it is allowed.
 pub fn usual_error(facts: &Facts<'_>, candidate: &Candidate) -> f64 {
     let of_light = |light: &LightFacts| error_of_light(facts, light, candidate);
     let own = facts.lights.iter().map(of_light).fold(0.0, f64::max);
     let between = candidate.sampling.adaptive().map_or(0.0, |adaptive| f64::from(adaptive.target_error));
-    own.hypot(INTERPOLATED * between)
+    own.hypot(between)
 }
 
 fn error_of_light(facts: &Facts<'_>, light: &LightFacts, candidate: &Candidate) -> f64 {
