@@ -3,9 +3,6 @@
 
 #import sampling
 
-// Share of a level's pixels to be traced from which on all of them are.
-const NEARLY_ALL: f32 = 0.45;
-
 // The estimate at a place among the bins; units: target errors.
 fn estimate_at(bin: f32) -> f32 {
     return exp2(bin / BINS_PER_OCTAVE + FIRST_OCTAVE);
@@ -33,7 +30,7 @@ fn main() {
             end = select(end, f32(bin) + part, part < 1.0);
         }
     }
-    if all - taken > NEARLY_ALL * all {
+    if all - taken > level.most_traced * all {
         sampling.error = -1.0;
         return;
     }

@@ -20,7 +20,7 @@ struct Level {
     budget: f32,   // mean square that estimates may have; units: squares of the target error
     share: f32,    // of what is left of it, for this level
     most: f32,     // estimate that is accepted; units: target errors
-    _pad: f32,
+    most_traced: f32, // share of the level's pixels: where there would be more, all are
 }
 
 struct Sampling {

@@ -21,7 +21,7 @@ struct Level {
     budget: f32,
     share: f32,
     most: f32,
-    _pad: f32,
+    most_traced: f32,
 }
 
 /// Bins of a histogram, and the one for what is too large for them.
@@ -237,7 +237,7 @@ impl SamplePasses {
             budget: adaptive.budget(view.size) as f32,
             share: level.share as f32,
             most: adaptive.most_estimate(view.size) as f32,
-            _pad: 0.0,
+            most_traced: level.most_traced as f32,
         };
         let bytes = bytemuck::bytes_of(&level);
         let level = filled_buffer(device, "sampling level", bytes, wgpu::BufferUsages::UNIFORM);
@@ -269,7 +269,10 @@ mod tests {
     fn the_shaders_read_what_rust_writes() {
         let (fields, span) = wgsl_struct("sample/refine", "Level");
         assert_eq!(span as usize, size_of::<Level>());
-        assert_eq!(fields, offsets!(Level: stride, spacing, survey, target_error, budget, share, most, _pad));
+        assert_eq!(
+            fields,
+            offsets!(Level: stride, spacing, survey, target_error, budget, share, most, most_traced)
+        );
         let (fields, span) = wgsl_struct("sample/refine", "Sampling");
         assert_eq!(span as usize, size_of::<State>());
         assert_eq!(fields, offsets!(State: found, traced, error, unit, groups, left, counts, _pad));

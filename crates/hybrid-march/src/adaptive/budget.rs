@@ -13,10 +13,6 @@ const GROUP: u32 = 8;
 /// Groups of which a histogram takes all.
 const FEW_GROUPS: u32 = 512;
 
-/// Share of a level's pixels to be traced from which on all of them are: where so much changes, what is left is not to be
-/// trusted, and saves little: rays beside edges cost twice a mean one.
-const NEARLY_ALL: f64 = 0.45;
-
 /// A step of [`Adaptive`](crate::Adaptive): from every so many pixels to half of that.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
@@ -26,6 +22,9 @@ pub struct AdaptiveLevel {
     /// Share of what is left of the budget that the level may use; the last one may use all. Errors of early ones are
     /// inherited.
     pub share: f64,
+    /// Share of its pixels that may be left to be traced: where there are more, all of them are. What is left then is not to
+    /// be trusted, and saves little, since rays beside edges cost more than a mean one.
+    pub most_traced: f64,
     /// One group of 8 × 8 known pixels in so many is in the histogram: in row y those at 3 y modulo that many, and
     /// every so many further.
     pub survey: u32,
@@ -40,7 +39,8 @@ impl AdaptiveLevel {
             8 => 0.2,
             _ => 0.1,
         };
-        Self { stride, share, survey: (groups(size.0) * groups(size.1) / FEW_GROUPS).max(1) }
+        let most_traced = if stride == 2 { 0.45 } else { 0.6 };
+        Self { stride, share, most_traced, survey: (groups(size.0) * groups(size.1) / FEW_GROUPS).max(1) }
     }
 
     /// Whether a known pixel's group is in the histogram; by its column and row among those.
@@ -90,7 +90,7 @@ impl Budget {
             taken += count as f64;
         }
         let all = counts.iter().sum::<u64>() as f64;
-        if all - taken > NEARLY_ALL * all {
+        if all - taken > level.most_traced * all {
             return f64::NEG_INFINITY;
         }
         self.left -= spent;
@@ -145,7 +145,7 @@ mod tests {
             let estimates = [vec![0.001; 100 - unknown], vec![f64::INFINITY; unknown]].concat();
             Budget::new(1.0, 1.0, 4.0).tolerance(&level, &predictions(&estimates))
         };
-        assert!(some(44) == 4.0 && some(46) < 0.0);
+        assert!(some(59) == 4.0 && some(61) < 0.0);
         // where nothing is lit nothing errs
         assert_eq!(Budget::new(0.0, 1.0, 4.0).tolerance(&level, &predictions(&[0.0; 9])), 0.0);
     }
