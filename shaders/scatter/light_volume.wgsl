@@ -53,7 +53,7 @@ fn closed(pixel: vec2u) -> vec3f {
     }
     let first = 1u + 2u * (pixel.y * view.size.x + pixel.x);
     let head = notes[first];
-    let is_summed = pool.x == 0u || (head & IS_SUMMED) != 0u;
+    let is_summed = (pool.x == 0u) | ((head & IS_SUMMED) != 0u);
     // where all is summed the whole ray is one piece
     let list = select(notes[first + 1u], 0u, is_summed);
     // an orthographic volume is that of the shadow

@@ -163,8 +163,8 @@ fn shadowed_piece(kind: u32, foot: LightFoot, ray: ViewRay, piece: vec2f) -> vec
             let q = -(b + select(-1.0, 1.0, b >= 0.0) * sqrt(discriminant));
             let roots = vec2f(q / a, select(0.0, c / q, q != 0.0));
             behind = vec2f(max(piece.x, min(roots.x, roots.y)), min(piece.y, max(roots.x, roots.y)));
-        } else if c > 0.0 {
-            return no_piece(piece.x);
+        } else {
+            behind = select(behind, no_piece(piece.x), c > 0.0);
         }
         behind = nonnegative(dot(eye, light.axis) + light.radius, dot(ray.direction, light.axis), behind);
     } else {

@@ -10,7 +10,7 @@ const TAPS: u32 = 4u;
 
 fn mip_colour(at: vec2f, level: f32) -> vec3f {
     let blended = textureSampleLevel(mips, smooth_sampler, at, level).rgb;
-    if light.nearest_texel == 0u || level >= 1.0 {
+    if (light.nearest_texel == 0u) | (level >= 1.0) {
         return blended;
     }
     // the texel itself at the finest level

@@ -198,7 +198,7 @@ fn map_visibility(path: MapPath, x: f32) -> f32 {
     }
     let p = locate(path, x);
     if !(p.w > 0.0) {
-        return select(0.0, 1.0, light.outside == 1u || LIGHT == POINT);
+        return select(0.0, 1.0, (light.outside == 1u) | (LIGHT == POINT));
     }
     if LOOKUP == PERCENTAGE_CLOSER {
         return closer_share(p);

@@ -276,13 +276,10 @@ fn walk_map(path: MapPath, piece: vec2f) {
         // all of the piece lies outside of the map
         inside = vec2f(piece.y, piece.y);
     }
-    if outside {
-        push_piece(piece.x, inside.x);
-    }
+    // nothing where it is dark; no branch on a uniform alone: see pixels.wgsl
+    push_piece(piece.x, select(piece.x, inside.x, outside));
     walk_face(0, u, v, w, own, inside.x, inside.y);
-    if outside {
-        push_piece(inside.y, piece.y);
-    }
+    push_piece(inside.y, select(inside.y, piece.y, outside));
 }
 
 // (right, down, forward) lines of a cube's face.

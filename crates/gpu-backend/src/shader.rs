@@ -5,6 +5,9 @@
 
 use crate::CreateError;
 
+#[cfg(test)]
+mod uniform_branches;
+
 /// A shader file of the library.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct File {

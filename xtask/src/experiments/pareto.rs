@@ -110,7 +110,7 @@ pub(super) fn speedup(context: &Context) -> Outcome<Section> {
     let full = context.preset >= Preset::Standard && context.gpu.is_some();
     let sweep = Sweep {
         maps: &[],
-        samples: if full { &[32, 128, 512, 1024, 2048] } else { &[32, 256, 1024] },
+        samples: if full { &[32, 128, 512, 1536] } else { &[32, 256, 1024] },
         hybrid: &[],
         thresholds: &[],
         scales: &[],
