@@ -153,7 +153,9 @@ fn hybrid_textured(pixel: vec2u) -> vec3f {
                 }
                 var low = known.x;
                 var high = seen.x;
-                for (var k = 0u; k < light.refine; k++) {
+                // of this ray's own: the same for all, lavapipe would unroll it anew in every dispatch
+                let bisections = select(0u, light.refine, known.y != seen.y);
+                for (var k = 0u; k < bisections; k++) {
                     let between = 0.5 * (low + high);
                     let same = visibility_at(sight, between) == known.y;
                     low = select(low, between, same);
