@@ -4,9 +4,9 @@
 //!
 //! `AIRLIGHT_SOAK_FRAMES` sets how many frames there are. Three figures tell whose memory grows: what this process has
 //! allocated in Rust (this crate's and wgpu's), what wgpu has allocated on the device, and the resident memory, which
-//! has the driver's own in it as well. The first two must not grow. Software drivers run in this process: lavapipe keeps
-//! memory for every dispatch of a long shader, which
-//! `a_driver_may_keep_memory_by_itself` measures with one prepared frame that is submitted again. A process of its own, since it is the process's memory that is looked at.
+//! has the driver's own in it as well. The first two must not grow. Software drivers run in this process: lavapipe compiles
+//! some shaders anew in every dispatch and keeps what it compiled, which `a_driver_may_keep_memory_by_itself` measures with
+//! one prepared frame that is submitted again. A process of its own, since it is the process's memory that is looked at.
 #![expect(unsafe_code, reason = "an allocator that counts")]
 #![allow(
     clippy::unwrap_used,
