@@ -166,7 +166,7 @@ fn every_technique_by_ray_takes_it() {
 fn a_textured_spot_takes_it() {
     let Some(gpu) = gpu() else { return };
     let mut fog = fog(&gpu);
-    let stage = Stage::procedural("hall", (200, 150), 0.5);
+    let stage = Stage::procedural("hall", (120, 90), 0.5);
     let Light::Spot(spot) = stage.lights().remove(1) else { panic!("the second is a spot") };
     let panes = (0..64).map(|i| [(i % 8) as f32 / 8.0, (i / 8) as f32 / 8.0, 0.4]).collect();
     let texture = Arc::new(LightTexture::new(8, 8, panes, TextureFilter::Linear).unwrap());
@@ -195,8 +195,14 @@ fn a_textured_spot_takes_it() {
 fn the_gpu_traces_the_rays_that_the_cpu_traces() {
     let Some(gpu) = gpu() else { return };
     let mut fog = fog(&gpu);
-    for (scene, target_error, spacing) in [("hall", 0.01, 8), ("fence", 0.003, 16), ("sphere", 0.05, 2)] {
-        let stage = Stage::procedural(scene, (97, 64), 0.5);
+    // the last is large enough for a histogram of every second group
+    for (scene, size, target_error, spacing) in [
+        ("hall", (97, 64), 0.01, 8),
+        ("fence", (97, 64), 0.003, 16),
+        ("sphere", (97, 64), 0.05, 2),
+        ("hall", (600, 500), 0.01, 8),
+    ] {
+        let stage = Stage::procedural(scene, size, 0.5);
         let light = &stage.lights()[0];
         let map = [stage.map(light, 256, MapSurface::Step)];
         let on_gpu = upload(&gpu, map[0].as_ref().unwrap());

@@ -83,8 +83,8 @@ fn traced_share(adaptive: &Adaptive, side: f64) -> f64 {
     let target = 0.01 / f64::from(adaptive.target_error);
     let growth = if target < 1.0 { target.powf(0.55) } else { target.powf(0.75) };
     let between = 1.0 - (-TRACED_AT_ONE_PERCENT * growth * (1024.0 / side).powf(1.4)).exp();
-    if between > 0.45 {
-        // then all are
+    // then the last level traces all
+    if adaptive.levels((side as u32, side as u32)).last().is_some_and(|level| between > level.most_traced) {
         return lattice + LISTED_AT_ONCE * (1.0 - lattice);
     }
     lattice + LISTED * between * (1.0 - lattice)

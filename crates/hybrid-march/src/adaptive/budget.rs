@@ -66,7 +66,8 @@ impl Budget {
         Self { unit, left, most }
     }
 
-    /// The largest estimate at which predictions of a level are taken, in W/(m²·sr), from a histogram of them.
+    /// The largest estimate at which predictions of a level are taken, in W/(m²·sr), from a histogram of them; below every
+    /// estimate where all of the level is to be traced.
     pub(super) fn tolerance(&mut self, level: &AdaptiveLevel, predictions: &[Prediction]) -> f64 {
         // the last counts what is too large for any bin
         let mut counts = [0_u64; BINS + 1];
@@ -123,14 +124,14 @@ mod tests {
     fn what_is_taken_stays_within_the_budget() {
         let level = AdaptiveLevel::new(2, (64, 64));
         let estimates: Vec<f64> = (0..900).map(|i| 2.0 * f64::from(i % 100) / 100.0).collect();
-        for mean in [0.001, 0.01, 0.1, 0.3] {
+        for mean in [0.01, 0.1, 0.3, 0.8] {
             let mut budget = Budget::new(1.0, mean * 900.0, 4.0);
             let tolerance = budget.tolerance(&level, &predictions(&estimates));
             let taken = estimates.iter().filter(|estimate| **estimate <= tolerance);
             let squares: f64 = taken.map(|estimate| estimate * estimate).sum();
-            if tolerance < 0.0 {
-                assert!(mean < 0.4, "too little for half of them");
-            } else {
+            // what is estimated at 1.1 and less, 55 of 100, takes 0.22
+            assert_eq!(tolerance < 0.0, mean < 0.22, "{mean}: {tolerance}");
+            if tolerance >= 0.0 {
                 // bins are a fifth wide
                 assert!(squares < 1.2 * mean * 900.0 && squares > 0.6 * mean * 900.0, "{mean}: {squares}");
                 assert!(budget.left.abs() < 1e-9, "{}", budget.left);
