@@ -22,7 +22,9 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let reach = reach_of(froxel_view, id.xy);
     var sum = vec4f();
     var lit = 0u;
-    for (var k = 0u; k < froxels.slices; k++) {
+    // slices in front of the surfaces; a count of the column's own, since lavapipe would compile a uniform's anew
+    let slices = select(0u, froxels.slices, reach > 0.0);
+    for (var k = 0u; k < slices; k++) {
         let slice = froxels.starts[k];
         if slice.x >= reach {
             break;

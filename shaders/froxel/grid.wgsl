@@ -100,7 +100,7 @@ fn trace_block(block: u32, thread: u32) {
     let row_words = LIGHT_BITS / 4u;
     let mask = 0xffffffffu >> (32u - LIGHT_BITS);
     let every_bit = 0xffffffffu >> (32u - min(LIGHTS, LIGHT_BITS));
-    let is_its_turn = froxels.everything != 0u || (row.z & 1u) == froxels.parity;
+    let is_its_turn = (froxels.everything != 0u) | ((row.z & 1u) == froxels.parity);
     var first_word = 0u;
     if BRICKS {
         first_word = brick_word(block, row);
@@ -159,7 +159,7 @@ fn trace_block(block: u32, thread: u32) {
             let voxel = first + vec3u(at & 7u, (at >> 3u) & 7u, at >> 6u);
             let point = voxel_center(voxel, fine);
             let light = light_of(chosen_lights(point), bit);
-            if !occluded(point, way_to(froxels.lights[light], point), way_end(froxels.lights[light])) {
+            if !occluded(point, way_to(light_at(light), point), way_end(light_at(light))) {
                 atomicOr(&lit[at], 1u << bit);
             }
         }

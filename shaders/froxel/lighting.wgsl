@@ -187,7 +187,7 @@ fn grid_lit(point: vec3f, fine: bool, asked: u32, missed: ptr<function, u32>, dr
     while left != 0u {
         let i = firstTrailingBit(left);
         left &= left - 1u;
-        lit |= voxel_lit(stand_in(froxels.lights[i], point), fine, 1u << i, missed, dropped);
+        lit |= voxel_lit(stand_in(light_at(i), point), fine, 1u << i, missed, dropped);
     }
     return lit;
 }
@@ -236,17 +236,17 @@ struct Reading {
 fn light_of_one(i: u32, reading: Reading, missed: ptr<function, u32>, dropped: ptr<function, u32>) -> vec3f {
     let point = reading.froxel.point;
     let is_asked = ((reading.asked >> i) & 1u) != 0u;
-    if !is_asked && !shines(froxels.lights[i], point) {
+    if !is_asked && !shines(light_at(i), point) {
         return vec3f();
     }
     var visibility = select(1.0, f32((reading.lit >> i) & 1u), is_asked);
     if TRILINEAR {
         if is_asked && reading.is_far {
-            let read = stand_in(froxels.lights[i], point);
+            let read = stand_in(light_at(i), point);
             visibility = trilinear_visibility(read, i, reading.is_fine, missed, dropped);
         }
     }
-    return visibility * unshadowed(froxels.lights[i], reading.froxel, reading.eye);
+    return visibility * unshadowed(light_at(i), reading.froxel, reading.eye);
 }
 
 // Radiance by metre of a froxel in front of the surfaces, and the density.

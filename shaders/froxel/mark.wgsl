@@ -56,7 +56,7 @@ fn mark_froxel(point: vec3f, k: u32) {
     while left != 0u {
         let i = firstTrailingBit(left);
         left &= left - 1u;
-        mark_point(stand_in(froxels.lights[i], point), fine, 1u << i);
+        mark_point(stand_in(light_at(i), point), fine, 1u << i);
     }
 }
 

@@ -51,9 +51,9 @@ fn cell_mask(view: FroxelView, cell: vec3u, traced: ptr<function, u32>) -> u32 {
         let i = firstTrailingBit(left);
         left &= left - 1u;
         var is_lit = true;
-        if may_be_shadowed(froxels.lights[i], point) {
+        if may_be_shadowed(light_at(i), point) {
             *traced += 1u;
-            is_lit = !occluded(point, way_to(froxels.lights[i], point), way_end(froxels.lights[i]));
+            is_lit = !occluded(point, way_to(light_at(i), point), way_end(light_at(i)));
         }
         lit |= u32(is_lit) << light_bit(chosen, i);
     }

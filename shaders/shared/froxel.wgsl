@@ -61,7 +61,7 @@ struct FroxelFrame {
     jitter: f32,         // share of a slice at which it is sampled
     bricks: u32,         // places for bricks, a power of two; 0 where voxels are dense
     blocks: u32,         // blocks of voxels to look at
-    _pad0: u32,
+    first_light: u32,    // 0, see light_at
     _pad1: u32,
     sigma_t: vec3f,      // units: 1/m
     _pad2: u32,
@@ -109,6 +109,12 @@ const BRICKS_USED: u32 = 4u;
 const MISSED: u32 = 5u;
 const DROPPED: u32 = 6u;
 const NOT_FINITE: u32 = 7u;
+
+// A light. Lights are read at fixed places where their loop is unrolled; what a driver knows of a place lets lavapipe compile
+// the kinds of the lights into the shader, in every dispatch.
+fn light_at(i: u32) -> FroxelLight {
+    return froxels.lights[froxels.first_light + i];
+}
 
 // Distance at which a slice begins; units: m.
 fn slice_start(k: u32) -> f32 {
@@ -187,8 +193,8 @@ fn shines(light: FroxelLight, point: vec3f) -> bool {
 
 // Whether a light shines on a point and something may shadow it.
 fn asks(i: u32, point: vec3f) -> bool {
-    return froxels.lights[i].is_shadowed != 0u && shines(froxels.lights[i], point)
-        && may_be_shadowed(froxels.lights[i], point);
+    return light_at(i).is_shadowed != 0u && shines(light_at(i), point)
+        && may_be_shadowed(light_at(i), point);
 }
 
 // All such lights, a bit each.
@@ -244,10 +250,10 @@ fn chosen_lights(point: vec3f) -> u32 {
     }
     var chosen = 0u;
     for (var i = 0u; i < LIGHTS; i++) {
-        let own = strength(froxels.lights[i], point);
+        let own = strength(light_at(i), point);
         var stronger = 0u;
         for (var j = 0u; j < LIGHTS; j++) {
-            let other = strength(froxels.lights[j], point);
+            let other = strength(light_at(j), point);
             stronger += u32(other > own || (other == own && j < i));
         }
         chosen |= u32(stronger < LIGHT_BITS) << i;

@@ -32,10 +32,8 @@ fn froxel_place(view: FroxelView, point: vec3f) -> vec3f {
 // The slice of a distance and the share of it, added.
 fn slice_place(distance: f32) -> f32 {
     let part = distance / froxels.range;
-    var guess = part;
-    if froxels.growth > 0.0 {
-        guess = accurate_log1p(part * froxels.growth) / froxels.curve;
-    }
+    let curved = accurate_log1p(part * froxels.growth) / froxels.curve;
+    let guess = select(part, curved, froxels.growth > 0.0);
     let last = froxels.slices - 1u;
     var k = min(u32(clamp(guess, 0.0, 1.0) * f32(froxels.slices)), last);
     // the logarithm may be off by a rounding

@@ -41,31 +41,26 @@ fn in_view(p: vec4f) -> vec3f {
 fn face_of(p: vec4f, q: vec4f, apart: f32) -> Face {
     var a = in_view(p);
     var b = in_view(q);
-    var far_a = volume.light;
-    var far_b = volume.light;
-    if volume.directional == 0u {
-        far_a = a - volume.light;
-        far_b = b - volume.light;
-    }
-    let across = cross(far_a, select(far_b, b - a, volume.directional == 1u));
+    let is_directional = volume.directional == 1u;
+    var far_a = select(a - volume.light, volume.light, is_directional);
+    var far_b = select(b - volume.light, volume.light, is_directional);
+    let across = cross(far_a, select(far_b, b - a, is_directional));
     let size = length(across);
     if !(size > 0.0) {
         return Face(a, b, far_a, far_b, vec3f(), 0.0, false);
     }
     let normal = across / size;
     if apart != 0.0 {
-        let reach_a = volume.margin * select(length(far_a), 1.0, volume.directional == 1u);
-        let reach_b = volume.margin * select(length(far_b), 1.0, volume.directional == 1u);
+        let reach_a = volume.margin * select(length(far_a), 1.0, is_directional);
+        let reach_b = volume.margin * select(length(far_b), 1.0, is_directional);
         let along = (b - a) / max(length(b - a), 1e-30);
         let move_a = apart * reach_a * normal - reach_a * along;
         let move_b = apart * reach_b * normal + reach_b * along;
         a += move_a;
         b += move_b;
-        if volume.directional == 0u {
-            far_a += move_a;
-            far_b += move_b;
-        }
-        let moved = cross(far_a, select(far_b, b - a, volume.directional == 1u));
+        far_a += select(move_a, vec3f(), is_directional);
+        far_b += select(move_b, vec3f(), is_directional);
+        let moved = cross(far_a, select(far_b, b - a, is_directional));
         let unit = moved / max(length(moved), 1e-30);
         return Face(a, b, far_a, far_b, unit, dot(unit, a), true);
     }

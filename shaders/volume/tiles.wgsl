@@ -150,15 +150,10 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let edge = found[id.x];
     let p = positions[edge.x];
     let q = positions[edge.y];
-    if volume.margin == 0.0 {
-        let face = face_of(p, q, 0.0);
-        if face.found {
-            walk(face);
-        }
-        return;
-    }
-    for (var apart = -1.0; apart < 2.0; apart += 2.0) {
-        let face = face_of(p, q, apart);
+    // a side, or both; asked of the pair, since lavapipe would compile anew what a uniform alone decides
+    let last = select(1.0, -1.0, (volume.margin == 0.0) & (id.x < head.count));
+    for (var apart = -1.0; apart <= last; apart += 2.0) {
+        let face = face_of(p, q, select(apart, 0.0, volume.margin == 0.0));
         if face.found {
             walk(face);
         }

@@ -85,7 +85,8 @@ pub(super) struct FrameUniform {
     pub(super) jitter: f32,
     pub(super) bricks: u32,
     pub(super) blocks: u32,
-    pub(super) _pad0: u32,
+    /// Nothing, which a driver does not know: see `light_at` of the shaders.
+    pub(super) first_light: u32,
     pub(super) _pad1: u32,
     pub(super) sigma_t: [f32; 3],
     pub(super) _pad2: u32,
@@ -159,7 +160,7 @@ mod tests {
         let (fields, span) = struct_of("FroxelFrame");
         assert_eq!(span as usize, size_of::<FrameUniform>());
         let expected = offsets!(FrameUniform: box_min, light_count, box_max, view_count, grid_min, parity, grid_max, everything, medium_min, slices, medium_max,
-            near_slices, dims, voxel_size, tile, near_side, fine_slices, ratio, range, growth, curve, jitter, bricks, blocks, _pad0, _pad1, sigma_t, _pad2, starts, lights);
+            near_slices, dims, voxel_size, tile, near_side, fine_slices, ratio, range, growth, curve, jitter, bricks, blocks, first_light, _pad1, sigma_t, _pad2, starts, lights);
         assert_eq!(fields, expected);
         let (fields, span) = struct_of("FroxelView");
         assert_eq!(span as usize, size_of::<ViewUniform>());

@@ -1,5 +1,5 @@
-//! No pass over view rays branches on uniforms alone: lavapipe compiles a shader anew for their values, in every dispatch, as
-//! long as that halves it.
+//! No pass over view rays, froxels or faces of shadow volumes branches on uniforms alone: lavapipe compiles a shader anew for
+//! their values, in every dispatch, as long as that halves it.
 
 use naga::{AddressSpace, Block, Expression, Function, Handle, Module, Statement};
 
@@ -84,8 +84,9 @@ fn offending(text: &str) -> Vec<String> {
 }
 
 #[test]
-fn passes_over_view_rays_do_not_branch_on_uniforms_alone() {
-    for pass in PASSES.iter().filter(|pass| pass.name.starts_with("scatter/")) {
+fn passes_do_not_branch_on_uniforms_alone() {
+    let folders = ["scatter/", "sample/", "froxel/", "volume/", "frame/"];
+    for pass in PASSES.iter().filter(|pass| folders.iter().any(|folder| pass.name.starts_with(folder))) {
         let lines = offending(&assemble(pass.name).unwrap());
         assert!(lines.is_empty(), "{}: {lines:#?}", pass.name);
     }
