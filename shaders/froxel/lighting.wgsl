@@ -85,7 +85,7 @@ fn phase_of(to_light: vec3f, direction: vec3f) -> f32 {
         return INV_4PI;
     }
     var sum = 0.0;
-    for (var i = 0u; i < view.lobe_count; i++) {
+    for (var i = 0u; i < lobe_count(); i++) {
         let lobe = view.lobes[i];
         sum += lobe.x * lobe_between(Lobe(u32(lobe.y), lobe.z), to_light, direction);
     }

@@ -22,7 +22,7 @@ fn lobe_of(index: u32) -> Lobe {
 // Phase value for the unit vectors to the light and along the view ray; units: 1/sr.
 fn phase_between(to_light: vec3f, direction: vec3f) -> f32 {
     var sum = 0.0;
-    for (var i = 0u; i < view.lobe_count; i++) {
+    for (var i = 0u; i < lobe_count(); i++) {
         sum += view.lobes[i].x * lobe_between(lobe_of(i), to_light, direction);
     }
     return sum;
@@ -34,7 +34,7 @@ fn phase_at(r: f32, h: f32) -> f32 {
         return INV_4PI;
     }
     var sum = 0.0;
-    for (var i = 0u; i < view.lobe_count; i++) {
+    for (var i = 0u; i < lobe_count(); i++) {
         sum += view.lobes[i].x * lobe_at(lobe_of(i), r, h);
     }
     return sum;
@@ -60,7 +60,7 @@ fn phase_integral(span: Span, sigma_t: f32) -> f32 {
         return isotropic_integral(span, sigma_t);
     }
     var sum = 0.0;
-    for (var i = 0u; i < view.lobe_count; i++) {
+    for (var i = 0u; i < lobe_count(); i++) {
         let lobe = lobe_of(i);
         if lobe.kind == ISOTROPIC_LOBE {
             sum += view.lobes[i].x * isotropic_integral(span, sigma_t);
@@ -131,7 +131,7 @@ fn varying_airlight(lamp: Lamp, x0: f32, x1: f32) -> vec3f {
     let least = select(min(sigma_t.x, min(sigma_t.y, sigma_t.z)), sigma_t.x, ACHROMATIC);
     var feature = 1.0;
     if !ISOTROPIC {
-        for (var i = 0u; i < view.lobe_count; i++) {
+        for (var i = 0u; i < lobe_count(); i++) {
             feature = min(feature, lobe_feature(lobe_of(i)));
         }
     }

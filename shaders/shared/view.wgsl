@@ -18,7 +18,7 @@ struct View {
     sigma_s: vec3f,          // units: 1/m
     least_extinction: f32,   // of the channels that are attenuated at all; units: 1/m
     sigma_t: vec3f,          // units: 1/m
-    lobe_count: u32,
+    first_lobe: u32,         // 0, see lobe_count
     emission: vec3f,         // units: W/(m^3 sr)
     height_y0: f32,          // height up to which the density is 1, above the eye; units: m
     bounds_min: vec3f,       // world axes, from the eye; units: m
@@ -29,7 +29,7 @@ struct View {
     _pad0: f32,
     grid_max: vec3f,         // world axes, from the eye; units: m
     _pad1: f32,
-    lobes: array<vec4f, 4>,  // weight, kind (see phase.wgsl), g, unused
+    lobes: array<vec4f, 4>,  // weight, kind (see phase.wgsl), g, how many lobes there are
 }
 
 struct ViewRay {
@@ -45,6 +45,12 @@ fn view_ray(pixel: vec2u) -> ViewRay {
     let tangent = vec3f(at.x * view.scale_x + view.offset.x, at.y * view.scale_y + view.offset.y, 1.0);
     let length = sqrt(dot(tangent, tangent));
     return ViewRay(at, tangent, length, tangent / length);
+}
+
+// Lobes of the phase function. At a place that a driver does not know: lavapipe would compile the count of a loop into the
+// shader, in every dispatch.
+fn lobe_count() -> u32 {
+    return u32(view.lobes[view.first_lobe].w);
 }
 
 // A direction of the camera's basis along the world's axes.

@@ -23,7 +23,8 @@ pub(crate) struct ViewUniform {
     pub(crate) sigma_s: [f32; 3],
     pub(crate) least_extinction: f32,
     pub(crate) sigma_t: [f32; 3],
-    pub(crate) lobe_count: u32,
+    /// Nothing, which a driver does not know: see `lobe_count` of the shaders.
+    pub(crate) first_lobe: u32,
     pub(crate) emission: [f32; 3],
     pub(crate) height_y0: f32,
     pub(crate) bounds_min: [f32; 3],
@@ -106,6 +107,7 @@ impl ViewUniform {
                 uniform.grid_step = (grid.cell() / STEPS_PER_CELL) as f32;
             }
         }
+        let count = medium.phase.lobes().len() as f32;
         for (slot, (weight, lobe)) in uniform.lobes.iter_mut().zip(medium.phase.lobes()) {
             let (kind, g) = match *lobe {
                 Lobe::Isotropic => (0.0, 0.0),
@@ -113,9 +115,8 @@ impl ViewUniform {
                 Lobe::HenyeyGreenstein { g } => (2.0, g),
                 Lobe::HoffmanPreethamMie { g } => (3.0, g),
             };
-            *slot = [*weight, kind, g, 0.0];
+            *slot = [*weight, kind, g, count];
         }
-        uniform.lobe_count = medium.phase.lobes().len() as u32;
         uniform
     }
 }
@@ -149,7 +150,7 @@ mod tests {
         let (fields, span) = wgsl_struct("scatter/march", "View");
         assert_eq!(span as usize, size_of::<ViewUniform>());
         let ours = offsets!(ViewUniform: forward, max_distance, right, scale_x, up, scale_y, offset, size, sigma_s,
-            least_extinction, sigma_t, lobe_count, emission, height_y0, bounds_min, height_scale, bounds_max,
+            least_extinction, sigma_t, first_lobe, emission, height_y0, bounds_min, height_scale, bounds_max,
             grid_step, grid_min, _pad0, grid_max, _pad1, lobes);
         assert_eq!(fields, ours);
     }
@@ -162,6 +163,6 @@ mod tests {
         let close = |a: f32, b: f32| (a - b).abs() < 1e-6;
         assert!(close(view.offset[0], -2.0) && close(view.offset[1], 1.0));
         assert!(close(view.offset[0] + 200.0 * view.scale_x, 2.0) && close(view.scale_y, -0.02));
-        assert_eq!((view.max_distance, view.lobe_count), (ENDLESS, 1));
+        assert_eq!((view.max_distance, view.first_lobe, view.lobes[0][3]), (ENDLESS, 0, 1.0));
     }
 }
