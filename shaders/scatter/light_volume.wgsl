@@ -76,7 +76,7 @@ fn closed(pixel: vec2u) -> vec3f {
             sign_here = select(-1, 1, crossing > 0.0);
         }
         let at = clamp(x, piece.x, piece.y);
-        if (is_lit > 0 || (FIXED && is_summed)) && at > start {
+        if ((is_lit > 0) | is_summed) && at > start {
             radiance += piece_airlight(lamp, start, at);
         }
         is_lit -= sign_here;
@@ -88,11 +88,13 @@ fn closed(pixel: vec2u) -> vec3f {
     if !is_summed {
         return radiance;
     }
+    // the surface may be crossed twice just behind the end, or once more in front of it: rounding moves a pair that a ray
+    // meets at its edge to both sides of the end, and what one adds the other's sign takes back
     let sum = textureLoad(faces, pixel, 0).rgb;
     if FIXED {
         return (sum + whole_lit) * radiance;
     }
-    return sum + radiance;
+    return sum + whole_lit * radiance;
 }
 
 @compute @workgroup_size(64)
