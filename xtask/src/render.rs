@@ -18,7 +18,7 @@ use crate::image_file;
 use crate::maps::{DEFAULT_SIDE, MapOptions, MapSurface};
 use crate::metrics;
 use crate::output_file;
-use crate::planned::{self, Device, Plan, Wish};
+use crate::planned::{self, Plan, Wish};
 use crate::report::data::Adapter;
 use crate::scene_args::{SceneArgs, Setup};
 use crate::technique::{self, FroxelOptions, Options, Technique, Tessellation, VisibilitySource};
@@ -461,11 +461,7 @@ impl RenderArgs {
             surface: self.map_surface,
             visibility: self.visibility,
             tessellated: quality.tessellation.is_some(),
-        };
-        let device = match gpu {
-            None => Device::Cpu,
-            Some(gpu) if gpu::is_hardware(gpu) => Device::HardwareGpu,
-            Some(_) => Device::SoftwareGpu,
+            on_map: false,
         };
         let techniques: Vec<Technique> = self.technique.iter().chain(&self.against).copied().collect();
         let mut options = self.options(gpu.is_some(), &techniques);
@@ -475,7 +471,7 @@ impl RenderArgs {
         }
         // the error that is asked for is that of the fog
         options.surfaces_on_cpu = true;
-        let plan = planned::plan(setup, bvh, &options, &wish, device)?;
+        let plan = planned::plan(setup, bvh, &options, &wish, gpu)?;
         Ok(Some(plan))
     }
 

@@ -149,34 +149,86 @@ impl Adaptive {
         size: (u32, u32),
         ends: &[f32],
         mut airlight: impl FnMut(&[(u32, u32)]) -> Vec<DVec3>,
-        unshadowed: impl FnOnce(&[(u32, u32)]) -> Vec<DVec3>,
+        mut unshadowed: impl FnMut(&[(u32, u32)]) -> Vec<DVec3>,
     ) -> Result<(Vec<DVec3>, u64), AdaptiveError> {
-        self.check()?;
-        let expected = size.0 as usize * size.1 as usize;
-        if ends.len() != expected {
-            return Err(AdaptiveError::Ends { expected, got: ends.len() });
-        }
-        let lattice: Vec<(u32, u32)> = (0..size.1)
-            .step_by(self.spacing as usize)
-            .flat_map(|y| (0..size.0).step_by(self.spacing as usize).map(move |x| (x, y)))
-            .collect();
-        let lit = airlight(&lattice);
-        let mut traced = lattice.len() as u64;
-        let unit = f64::from(self.target_error) * shadows(&lit, &unshadowed(&lattice));
-        let mean = self.budget(size);
-        let mut budget = Budget::new(unit, mean * expected as f64, self.most_estimate(size));
-        let mut picture = Known::new(size, ends);
-        picture.set(&lattice, &lit);
-        for level in self.levels(size) {
-            let equal = EQUAL * mean.sqrt() * unit / f64::from(level.stride / 2);
-            let predictions = picture.predict(level.stride, equal);
-            let tolerance = budget.tolerance(&level, &predictions);
-            let wanted = picture.take(&predictions, tolerance);
-            picture.set(&wanted, &airlight(&wanted));
-            traced += wanted.len() as u64;
-        }
-        Ok((picture.values, traced))
+        let whole = [Tile { size, ends }];
+        let mut found =
+            self.tiles(size, &whole, |_, pixels| airlight(pixels), |_, pixels| unshadowed(pixels))?;
+        Ok((std::mem::take(&mut found.pictures[0]), found.traced))
     }
+
+    /// The same of tiles of a picture of size `whole`: what sampling would err by and trace, from parts of it. The budget is that
+    /// of the whole picture, for as many pixels as the tiles have, and they share it. The functions are told which tile it is.
+    ///
+    /// # Errors
+    /// [`AdaptiveError`] for settings without meaning, and if there is not one end for each pixel of a tile.
+    pub fn tiles(
+        &self,
+        whole: (u32, u32),
+        tiles: &[Tile<'_>],
+        mut airlight: impl FnMut(usize, &[(u32, u32)]) -> Vec<DVec3>,
+        mut unshadowed: impl FnMut(usize, &[(u32, u32)]) -> Vec<DVec3>,
+    ) -> Result<Tiles, AdaptiveError> {
+        self.check()?;
+        for Tile { size, ends } in tiles {
+            let expected = size.0 as usize * size.1 as usize;
+            if ends.len() != expected {
+                return Err(AdaptiveError::Ends { expected, got: ends.len() });
+            }
+        }
+        let lattices: Vec<_> = tiles.iter().map(|tile| self.lattice(tile.size)).collect();
+        let mut known: Vec<Known> = tiles.iter().map(|tile| Known::new(tile.size, tile.ends)).collect();
+        let (mut lit, mut open) = (Vec::new(), Vec::new());
+        for (index, lattice) in lattices.iter().enumerate() {
+            let found = airlight(index, lattice);
+            known[index].set(lattice, &found);
+            lit.extend(found);
+            open.extend(unshadowed(index, lattice));
+        }
+        let mut traced = lit.len() as u64;
+        let pixels: usize = tiles.iter().map(|tile| tile.ends.len()).sum();
+        let unit = f64::from(self.target_error) * shadows(&lit, &open);
+        let mean = self.budget(whole);
+        let mut budget = Budget::new(unit, mean * pixels as f64, self.most_estimate(whole));
+        for level in self.levels(whole) {
+            // groups are counted from the corner of a picture
+            let level = if tiles.len() > 1 { AdaptiveLevel { survey: 1, ..level } } else { level };
+            let equal = EQUAL * mean.sqrt() * unit / f64::from(level.stride / 2);
+            let predictions: Vec<_> = known.iter().map(|tile| tile.predict(level.stride, equal)).collect();
+            let tolerance = budget.tolerance(&level, predictions.iter().flatten());
+            for (index, (tile, predictions)) in known.iter_mut().zip(&predictions).enumerate() {
+                let wanted = tile.take(predictions, tolerance);
+                tile.set(&wanted, &airlight(index, &wanted));
+                traced += wanted.len() as u64;
+            }
+        }
+        Ok(Tiles { pictures: known.into_iter().map(|tile| tile.values).collect(), traced })
+    }
+
+    /// The first pixels of a picture that are traced.
+    fn lattice(&self, (width, height): (u32, u32)) -> Vec<(u32, u32)> {
+        let rows = (0..height).step_by(self.spacing as usize);
+        rows.flat_map(|y| (0..width).step_by(self.spacing as usize).map(move |x| (x, y))).collect()
+    }
+}
+
+/// A part of a picture.
+#[derive(Debug, Clone, Copy)]
+pub struct Tile<'a> {
+    /// Width and height; units: pixels.
+    pub size: (u32, u32),
+    /// Where the pixels' rays end, row-major; infinite where they meet nothing; units: m.
+    pub ends: &'a [f32],
+}
+
+/// Tiles whose airlight is known from few rays.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct Tiles {
+    /// The radiance of each tile's pixels, row-major; units: W/(m²·sr).
+    pub pictures: Vec<Vec<DVec3>>,
+    /// How many rays were traced, in all of them.
+    pub traced: u64,
 }
 
 /// Root mean square of what shadows take away from rays, in W/(m²·sr).

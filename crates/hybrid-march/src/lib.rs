@@ -65,7 +65,7 @@ mod silhouette;
 mod textured;
 mod upsample;
 
-pub use adaptive::{Adaptive, AdaptiveError, AdaptiveLevel};
+pub use adaptive::{Adaptive, AdaptiveError, AdaptiveLevel, Tile, Tiles};
 pub use adjacency::{Adjacency, AdjacencyError, Edge, NO_SIDE};
 pub use brute_force::{BruteForce, Marched, Occluders};
 pub use extent::shadow_extent;

@@ -14,7 +14,7 @@ use super::pareto_settings::{self, Sweep, family};
 use super::shown::clock_note;
 use super::{Context, Preset, experiment, gpu_or_cpu};
 use crate::failure::Outcome;
-use crate::planned::{self, Device};
+use crate::planned;
 use crate::report::Section;
 use crate::report::data::{Check, Row};
 use crate::scene_args::Setup;
@@ -181,12 +181,7 @@ fn measure(
     let map = plan.sweep.map;
     let mut arena = Arena::new(title, setup, base(plan.side, map))?;
     let mut settings = pareto_settings::all(&plan.sweep, &arena);
-    let device = match &context.gpu {
-        None => Device::Cpu,
-        Some(gpu) if crate::gpu::is_hardware(gpu) => Device::HardwareGpu,
-        Some(_) => Device::SoftwareGpu,
-    };
-    let picks = pareto_picks::choose(&arena, map, plan.sweep.metrics(), device, &mut settings)?;
+    let picks = pareto_picks::choose(&arena, map, plan.sweep.metrics(), context.gpu.as_ref(), &mut settings)?;
     let predict = |setting: &super::measure::Setting| {
         planned::predict(&arena.setup, &arena.bvh, setting.technique, &setting.options)
     };
@@ -210,7 +205,8 @@ fn rows(case: &Case) -> impl Iterator<Item = Row> {
             param(&format!("frontier_{}", metric.name()), json!(on_it));
         }
         for pick in case.picks.iter().filter(|pick| std::ptr::eq(&case.results[pick.setting], result)) {
-            let name = format!("chosen_for_{}_{}", pick.metric.name(), pick.target);
+            let blind = if pick.pilot_ms.is_some() { "" } else { "_without_a_pilot" };
+            let name = format!("chosen_for_{}_{}{blind}", pick.metric.name(), pick.target);
             param(&name, json!({"predicted_error": pick.predicted_error, "pilot_ms": pick.pilot_ms}));
         }
         row
@@ -221,7 +217,7 @@ fn notes(context: &Context, plan: &Plan) -> Vec<String> {
     let mut notes = vec![
         format!("Pictures are {0}×{0}, airlight only. All settings of a set-up take turns, the light moving in every frame: pyramids, silhouettes and tessellations are made anew.", plan.side),
         format!("Errors against the map are those of what reads the given map of {0}² texels (of each face), against the exact picture of that map in the meaning that it is read in. Against the geometry, any map may be drawn; drawing it is no part of the time, as for all techniques.", plan.sweep.map),
-        "The planner is asked for 5, 1 and 0.2 %. Against the geometry a pilot of some ten thousand rays measures the error of its candidates; against the map it goes by the errors that techniques usually have. What it chooses is measured with the others.".into(),
+        "The planner is asked for 5, 1 and 0.2 %. A pilot measures the error of its candidates on some ten thousand rays, and on tiles of the picture what interpolation between few rays errs by and how many they are; without a pilot it goes by the errors that techniques usually have, and counts interpolation as all that it is allowed. What it chooses is measured with the others; choosing is no part of the time.".into(),
         "Froxels end with the scene: light that is scattered behind it, as far as view rays go, is part of their error.".into(),
     ];
     notes.extend(clock_note(context));

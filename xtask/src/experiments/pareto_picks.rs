@@ -1,12 +1,14 @@
-//! What the planner chooses on a scene for each target: against the geometry by a pilot, against a given map by what it
-//! knows without one.
+//! What the planner chooses on a scene for each target: by a pilot, against the geometry and against a given map; and
+//! against the map by what it knows without one.
 
+use gpu_backend::GpuContext;
 use gpu_backend::planner::{self, Costs};
 
 use super::measure::{Arena, Measured, Setting};
 use crate::failure::Outcome;
-use crate::planned::{self, Device, Wish};
-use crate::technique::{Options, Technique};
+use crate::maps::{MapOptions, MapSurface};
+use crate::planned::{self, Wish};
+use crate::technique::{Options, Technique, VisibilitySource};
 
 /// Errors that are asked for.
 pub(super) const TARGETS: [f64; 3] = [0.05, 0.01, 0.002];
@@ -51,8 +53,8 @@ pub(super) struct Pick {
     /// Units: ms.
     pub(super) predicted_ms: Option<f64>,
     pub(super) predicted_error: f64,
-    /// Time that choosing took; units: ms.
-    pub(super) pilot_ms: f64,
+    /// Time that choosing took; units: ms. Nothing without a pilot.
+    pub(super) pilot_ms: Option<f64>,
 }
 
 /// Asks the planner for each target, against what is in `metrics`; `side` is that of the given map. What it chooses joins
@@ -61,32 +63,49 @@ pub(super) fn choose(
     arena: &Arena,
     side: u32,
     metrics: &[Metric],
-    device: Device,
+    gpu: Option<&GpuContext>,
     settings: &mut Vec<Setting>,
 ) -> Outcome<Vec<Pick>> {
     let mut picks = Vec::new();
     for target in TARGETS {
         for metric in metrics {
-            picks.extend(match metric {
-                Metric::Geometry => Some(by_pilot(arena, target, device, settings)?),
-                Metric::Map => by_habit(arena, target, side, settings),
-            });
+            picks.push(by_pilot(arena, target, *metric, side, gpu, settings)?);
         }
+        picks.extend(by_habit(arena, target, side, settings));
     }
     Ok(picks)
 }
 
-/// The choice of a technique, its settings and its map.
-fn by_pilot(arena: &Arena, target: f64, device: Device, settings: &mut Vec<Setting>) -> Outcome<Pick> {
+/// The choice of a technique and its settings, and against the geometry of its map.
+fn by_pilot(
+    arena: &Arena,
+    target: f64,
+    metric: Metric,
+    side: u32,
+    gpu: Option<&GpuContext>,
+    settings: &mut Vec<Setting>,
+) -> Outcome<Pick> {
     let wish = Wish { target_error: Some(target), ..Wish::default() };
-    let plan = planned::plan(&arena.setup, &arena.bvh, &arena.base, &wish, device)?;
+    let surface = MapSurface::Step;
+    let wish = match metric {
+        Metric::Geometry => wish,
+        Metric::Map => Wish {
+            map_side: Some(side),
+            surface: Some(surface),
+            visibility: Some(VisibilitySource::Map),
+            on_map: true,
+            ..wish
+        },
+    };
+    let base = Options { map: MapOptions { side, surface }, ..arena.base };
+    let plan = planned::plan(&arena.setup, &arena.bvh, &base, &wish, gpu)?;
     Ok(Pick {
-        metric: Metric::Geometry,
+        metric,
         target,
         setting: join(settings, plan.technique, plan.options),
         predicted_ms: plan.predicted_ms,
         predicted_error: plan.predicted_error.map_or(f64::NAN, |error| error.found),
-        pilot_ms: plan.pilot_ms,
+        pilot_ms: Some(plan.pilot_ms),
     })
 }
 
@@ -105,7 +124,7 @@ fn by_habit(arena: &Arena, target: f64, side: u32, settings: &mut Vec<Setting>) 
         setting: join(settings, technique, options),
         predicted_ms: Some(choice.predicted_ms),
         predicted_error: choice.predicted_error,
-        pilot_ms: 0.0,
+        pilot_ms: None,
     })
 }
 

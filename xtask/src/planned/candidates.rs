@@ -1,12 +1,12 @@
 //! What may be chosen for a picture: the planner's candidates on maps of several sizes, as options of a technique.
 
-use gpu_backend::planner::{self, Costs};
+use gpu_backend::planner::{self, Costs, Facts};
 use gpu_backend::{Criterion, Tessellation as GpuTessellation};
-use hybrid_march::Sampling;
+use hybrid_march::{Adaptive, Sampling};
 use scene::Bvh;
 use shadowmap::MapSurface as Surface;
 
-use super::{Device, Wish, facts_of, lights_of};
+use super::{Device, Estimate, Sampled, Wish, facts_of, lights_of};
 use crate::airlight_gpu;
 use crate::maps::{DEFAULT_SIDE, MapOptions, MapSurface};
 use crate::scene_args::Setup;
@@ -26,13 +26,40 @@ pub(crate) struct Candidate {
     pub(crate) usual_error: f64,
     /// Why, for each light.
     pub(crate) reasons: Vec<String>,
+    /// As the planner knows it.
+    found: planner::Candidate,
+    /// What is known of its sampling, where that was measured.
+    sampled: Option<Sampled>,
 }
 
 impl Candidate {
-    /// What interpolation between rays may err by.
-    pub(crate) fn interpolated(&self) -> f64 {
-        let sampling = self.technique.sampling(self.options.sampling);
-        sampling.adaptive().map_or(0.0, |adaptive| f64::from(adaptive.target_error))
+    /// The sampling, where few rays are traced.
+    pub(crate) fn adaptive(&self) -> Option<Adaptive> {
+        self.technique.sampling(self.options.sampling).adaptive().copied()
+    }
+
+    /// What interpolation between rays errs by: as much as it may, where that was not measured.
+    pub(crate) fn interpolated(&self) -> Estimate {
+        let allowed = self.adaptive().map_or(0.0, |adaptive| f64::from(adaptive.target_error));
+        self.sampled.map_or(Estimate { found: allowed, upper: allowed }, |sampled| sampled.error)
+    }
+
+    /// Whether another is the same but for the number of its rays or steps.
+    pub(crate) fn is_like(&self, other: &Self) -> bool {
+        let tessellation = |candidate: &Self| {
+            (candidate.technique == Technique::LightVolume).then_some(candidate.options.tessellation)
+        };
+        self.technique == other.technique
+            && self.options.map == other.options.map
+            && self.options.visibility == other.options.visibility
+            && self.adaptive().is_some() == other.adaptive().is_some()
+            && tessellation(self) == tessellation(other)
+    }
+
+    /// Takes into account what was measured of its sampling; `facts` are those of its map.
+    pub(crate) fn note(&mut self, sampled: Sampled, facts: &Facts<'_>, costs: &Costs) {
+        self.predicted_ms = costs.predict_traced(facts, &self.found, sampled.traced);
+        self.sampled = Some(sampled);
     }
 }
 
@@ -66,7 +93,15 @@ pub(crate) fn candidates(
             let predicted_ms = costs.predict(&facts, &found);
             let usual_error = planner::usual_error(&facts, &found);
             let reasons = lights.iter().map(|light| planner::reason(&facts, light, &found)).collect();
-            all.push(Candidate { technique, options, predicted_ms, usual_error, reasons });
+            all.push(Candidate {
+                technique,
+                options,
+                predicted_ms,
+                usual_error,
+                reasons,
+                found,
+                sampled: None,
+            });
         }
     }
     all.sort_by(|a, b| a.predicted_ms.total_cmp(&b.predicted_ms));

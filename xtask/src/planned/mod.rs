@@ -1,37 +1,44 @@
 //! What a picture is made with: a technique, its settings and its map, cheap enough and within the target error.
 //!
 //! What can be chosen, and what it costs, is known to `gpu_backend::planner`; what error it has on this scene is measured
-//! by a pilot. Candidates are asked in the order of their predicted cost, and the first that is safely within the
-//! target is taken. Where none is, the exact reference on the CPU is left.
+//! by a pilot: that of the technique on rays from all over the picture, that of interpolation between few rays on tiles of
+//! it. Candidates are asked in the order of their predicted cost, the first that are safely within the target draw a frame
+//! on the GPU if there is one, and the fastest is taken. Where none is within the target, the exact reference on the CPU is
+//! left.
 
 mod candidates;
 mod pilot;
+mod sampled;
+mod timed;
+mod trials;
 
+use gpu_backend::GpuContext;
 use gpu_backend::planner::{Costs, Facts, LightFacts, MapFacts, MediumFacts, ShadowFacts};
-use hybrid_march::Sampling;
+use hybrid_march::{Adaptive, Sampling};
 use scene::Bvh;
 use serde_json::{Value, json};
 
 pub(crate) use pilot::{Estimate, Pilot};
+use sampled::Sampled;
 
 use crate::failure::Outcome;
-use crate::maps::{MapOptions, MapSurface};
+use crate::gpu;
+use crate::maps::{DEFAULT_SIDE, MapOptions, MapSurface};
 use crate::scene_args::Setup;
 use crate::technique::{self, Options, Technique, VisibilitySource};
 pub(crate) use candidates::options_of;
 use candidates::{Candidate, candidates};
+use trials::Trials;
 
 /// Where no error is asked for.
 pub(crate) const DEFAULT_TARGET: f64 = 0.01;
 
-/// Candidates that a pilot tries at most.
-const MOST_TRIALS: usize = 32;
+/// Candidates within the target of which a frame is timed at most, and in how many times the cheapest one's predicted time.
+const MOST_TIMED: usize = 5;
+const NEARLY_AS_CHEAP: f64 = 2.0;
 
-/// A candidate that is usually so many times above the target is not tried.
-const HOPELESS: f64 = 32.0;
-
-/// How much better a march may be than its error's fall by the number of its steps.
-const LEAST_GAIN: f64 = 1.5;
+/// Maps on which a pilot measures what few rays err by.
+const MOST_SAMPLED: usize = 2;
 
 /// What was asked for by flags: what is `None` may be chosen.
 #[derive(Debug, Clone, Copy, Default)]
@@ -44,6 +51,8 @@ pub(crate) struct Wish {
     pub(crate) visibility: Option<VisibilitySource>,
     /// Whether the tessellation was asked for.
     pub(crate) tessellated: bool,
+    /// Whether errors are against the map of the options, not against the geometry.
+    pub(crate) on_map: bool,
 }
 
 /// Where the techniques run.
@@ -55,6 +64,16 @@ pub(crate) enum Device {
     SoftwareGpu,
     /// A GPU of hardware.
     HardwareGpu,
+}
+
+impl Device {
+    fn of(gpu: Option<&GpuContext>) -> Self {
+        match gpu {
+            None => Self::Cpu,
+            Some(gpu) if gpu::is_hardware(gpu) => Self::HardwareGpu,
+            Some(_) => Self::SoftwareGpu,
+        }
+    }
 }
 
 /// What was chosen, and what is expected of it.
@@ -159,8 +178,15 @@ pub(crate) fn predict(setup: &Setup, bvh: &Bvh, technique: Technique, options: &
 
 /// Chooses what a picture is made with; `base` has what is not to be chosen.
 ///
-/// Fails where a map cannot be drawn.
-pub(crate) fn plan(setup: &Setup, bvh: &Bvh, base: &Options, wish: &Wish, device: Device) -> Outcome<Plan> {
+/// Fails where a map cannot be drawn, and if the GPU cannot hold a frame.
+pub(crate) fn plan(
+    setup: &Setup,
+    bvh: &Bvh,
+    base: &Options,
+    wish: &Wish,
+    gpu: Option<&GpuContext>,
+) -> Outcome<Plan> {
+    let device = Device::of(gpu);
     let target_error = wish.target_error.unwrap_or(DEFAULT_TARGET);
     let exact = |reason: &str, pilot_ms, predicted_ms| Plan {
         technique: Technique::Exact,
@@ -190,17 +216,29 @@ pub(crate) fn plan(setup: &Setup, bvh: &Bvh, base: &Options, wish: &Wish, device
             pilot_ms: 0.0,
         });
     }
-    let mut pilot = Pilot::new(setup, bvh, base)?;
-    let all = candidates(setup, bvh, base, wish, device, target_error, &Costs::SOFTWARE);
+    let mut pilot = Pilot::new(setup, bvh, base, wish.on_map)?;
+    let mut all = candidates(setup, bvh, base, wish, device, target_error, &Costs::SOFTWARE);
+    measure_sampling(&mut pilot, &mut all, base, target_error)?;
     let finest = |a: &&Candidate, b: &&Candidate| a.usual_error.total_cmp(&b.usual_error);
     let last_resort = all.iter().min_by(finest).cloned();
     let mut best: Option<(Candidate, Estimate, f64)> = None;
+    let mut within: Vec<(Candidate, Estimate, f64)> = Vec::new();
     let mut trials = Trials::default();
     for candidate in all {
-        let slower = device == Device::SoftwareGpu && candidate.predicted_ms > pilot.exact_ms;
+        let slower = device == Device::SoftwareGpu && !wish.on_map && candidate.predicted_ms > pilot.exact_ms;
         // a closed form is one anywhere
         if free && analytic && slower && candidate.usual_error > 0.0 {
             break;
+        }
+        if let Some((cheapest, ..)) = within.first() {
+            let hopeless = candidate.predicted_ms > NEARLY_AS_CHEAP * cheapest.predicted_ms;
+            if gpu.is_none() || hopeless || within.len() == MOST_TIMED {
+                break;
+            }
+            // the same with more rays takes more time
+            if within.iter().any(|(other, ..)| other.is_like(&candidate)) {
+                continue;
+            }
         }
         if !trials.allow(&mut pilot, &candidate, target_error)? {
             continue;
@@ -209,13 +247,30 @@ pub(crate) fn plan(setup: &Setup, bvh: &Bvh, base: &Options, wish: &Wish, device
         trials.note(&candidate, error.upper);
         let error = error.with(candidate.interpolated());
         let ms = if device == Device::Cpu { cpu_ms } else { candidate.predicted_ms };
-        let upper = error.upper;
-        if best.as_ref().is_none_or(|(_, least, _)| upper < least.upper) {
+        if error.upper <= target_error {
+            within.push((candidate, error, ms));
+        } else if best.as_ref().is_none_or(|(_, least, _)| error.upper < least.upper) {
             best = Some((candidate, error, ms));
         }
-        if upper <= target_error {
-            break;
+    }
+    // costs are known within a factor of two: those that may be the cheapest are asked
+    match gpu {
+        Some(gpu) if within.len() > 1 => {
+            let mut fastest = (f64::INFINITY, 0);
+            for (index, (candidate, ..)) in within.iter().enumerate() {
+                let ms = timed::time(gpu, &mut pilot, candidate)?;
+                tracing::debug!(
+                    "{} in {ms:.1} ms, {:.1} ms predicted",
+                    candidate.technique.name(),
+                    candidate.predicted_ms
+                );
+                if ms < fastest.0 {
+                    fastest = (ms, index);
+                }
+            }
+            best = Some(within.swap_remove(fastest.1));
         }
+        _ => best = within.into_iter().next().or(best),
     }
     if best.is_none() && (!free || !analytic) {
         // the best there is of what was asked for
@@ -228,7 +283,7 @@ pub(crate) fn plan(setup: &Setup, bvh: &Bvh, base: &Options, wish: &Wish, device
     }
     let met = best.as_ref().is_some_and(|(_, error, _)| error.upper <= target_error);
     match (best, wish.technique) {
-        (Some((candidate, error, ms)), _) if met || !free || !analytic => Ok(Plan {
+        (Some((candidate, error, ms)), _) if met || !free || !analytic || wish.on_map => Ok(Plan {
             technique: candidate.technique,
             options: candidate.options,
             on_gpu: device != Device::Cpu,
@@ -255,84 +310,57 @@ pub(crate) fn plan(setup: &Setup, bvh: &Bvh, base: &Options, wish: &Wish, device
     }
 }
 
-/// What the trials so far say of those that are left.
-#[derive(Debug, Default)]
-struct Trials {
-    count: usize,
-    /// Maps, and the error of what is exact on them: what reads one cannot be better.
-    maps: Vec<(MapOptions, f64)>,
-    /// The last trial of each march.
-    marches: Vec<Marched>,
-}
-
-/// A march that was tried.
-#[derive(Debug, Clone, Copy)]
-struct Marched {
-    technique: Technique,
-    visibility: VisibilitySource,
-    steps: u32,
-    /// What is left of its error without that of its map.
-    error: f64,
-}
-
-impl Marched {
-    fn is_like(&self, candidate: &Candidate) -> bool {
-        self.technique == candidate.technique && self.visibility == candidate.options.visibility
-    }
-
-    /// Whether so many steps are too few as well, be the map as fine as it may.
-    fn rules_out(&self, steps: u32, target: f64) -> bool {
-        if steps == self.steps {
-            return self.error > target;
-        }
-        self.error * f64::from(self.steps) > LEAST_GAIN * target * f64::from(steps)
-    }
-}
-
-impl Trials {
-    /// Whether a candidate may be within the target.
-    fn allow(&mut self, pilot: &mut Pilot<'_>, candidate: &Candidate, target: f64) -> Outcome<bool> {
-        let Candidate { technique, options, .. } = candidate;
-        let target = (target * target - candidate.interpolated().powi(2)).max(0.0).sqrt();
-        if self.count >= MOST_TRIALS || candidate.usual_error > HOPELESS * target {
-            return Ok(false);
-        }
-        if let Some(steps) = options.samples {
-            let tried = self.marches.iter().find(|tried| tried.is_like(candidate));
-            if tried.is_some_and(|tried| tried.rules_out(steps, target)) {
-                return Ok(false);
+/// Measures what few rays err by and how many they are, for candidates on the smallest maps that are good enough, and leaves
+/// out those whose interpolation alone is above the target; the cheapest come first again.
+fn measure_sampling(
+    pilot: &mut Pilot<'_>,
+    all: &mut Vec<Candidate>,
+    base: &Options,
+    target: f64,
+) -> Outcome<()> {
+    // rays see what the finest of maps do
+    let seen = |candidate: &Candidate| {
+        let reads = candidate.technique.reads_maps(candidate.options.visibility);
+        let side = if reads { candidate.options.map.side } else { DEFAULT_SIDE };
+        (reads, MapOptions { side, surface: MapSurface::Step })
+    };
+    let sampled = all.iter().filter(|candidate| candidate.adaptive().is_some());
+    let mut maps: Vec<(bool, MapOptions)> = sampled.map(seen).collect();
+    maps.sort_by_key(|(reads, map)| (map.side, *reads));
+    maps.dedup();
+    let mut measured = Vec::new();
+    for (reads, map) in maps {
+        if measured.len() < MOST_SAMPLED {
+            let options = Options { map, ..*base };
+            let exact = reads && technique::check(pilot.setup(), Technique::ExactShadowMap, "").is_ok();
+            if !exact || pilot.judge(Technique::ExactShadowMap, &options)?.0.found <= target {
+                measured.push((reads, map));
             }
         }
-        if *technique == Technique::ExactShadowMap || !technique.reads_maps(options.visibility) {
-            return Ok(true);
-        }
-        let map = options.of(*technique).map;
-        if self.floor(candidate).is_none() {
-            let exact = technique::check(pilot.setup(), Technique::ExactShadowMap, "").is_ok();
-            let options = Options { map, ..*options };
-            let floor = if exact { pilot.judge(Technique::ExactShadowMap, &options)?.0.found } else { 0.0 };
-            self.maps.push((map, floor));
-        }
-        Ok(self.floor(candidate).is_some_and(|floor| floor <= target))
     }
-
-    /// The error of what is exact on a candidate's map, where it is known.
-    fn floor(&self, candidate: &Candidate) -> Option<f64> {
-        let map = candidate.options.of(candidate.technique).map;
-        self.maps.iter().find(|(known, _)| *known == map).map(|(_, floor)| *floor)
-    }
-
-    /// Takes an error into account that was found.
-    fn note(&mut self, candidate: &Candidate, error: f64) {
-        let Candidate { technique, options, .. } = candidate;
-        self.count += 1;
-        if let Some(steps) = options.samples {
-            let reads_map = technique.reads_maps(options.visibility);
-            let floor = self.floor(candidate).filter(|_| reads_map).unwrap_or(0.0);
-            let error = (error * error - floor * floor).max(0.0).sqrt();
-            self.marches.retain(|tried| !tried.is_like(candidate));
-            let (technique, visibility) = (*technique, options.visibility);
-            self.marches.push(Marched { technique, visibility, steps, error });
+    let mut known: Vec<(MapOptions, Adaptive, Option<Sampled>)> = Vec::new();
+    for candidate in all.iter_mut() {
+        let seen = seen(candidate);
+        let Some(adaptive) = candidate.adaptive().filter(|_| measured.contains(&seen)) else { continue };
+        // a surface through the texels is smoother than steps, and interpolates no worse
+        let (_, map) = seen;
+        let found = match known.iter().find(|(other, sampling, _)| *other == map && *sampling == adaptive) {
+            Some((.., found)) => *found,
+            None => {
+                let found = pilot.sampled(map, &adaptive)?;
+                known.push((map, adaptive, found));
+                found
+            }
+        };
+        if let Some(sampled) = found {
+            let lights = lights_of(pilot.setup(), pilot.bvh(), base, candidate.options.map.side);
+            let facts = facts_of(pilot.setup(), pilot.bvh(), base, &lights, target);
+            candidate.note(sampled, &facts, &Costs::SOFTWARE);
         }
     }
+    // what was asked for stays
+    let is_free = base.sampling == Sampling::Pixels;
+    all.retain(|candidate| !is_free || candidate.interpolated().upper <= target);
+    all.sort_by(|a, b| a.predicted_ms.total_cmp(&b.predicted_ms));
+    Ok(())
 }

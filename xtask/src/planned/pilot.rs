@@ -2,23 +2,25 @@
 //!
 //! The rays are those of a small picture by the same camera, so that they are spread evenly over the large one. Each
 //! setting's airlight on them is compared with the exact one; how much the share of few rays may be off is part of the
-//! answer.
+//! answer. What interpolation between rays errs by is seen on neighbouring pixels alone: on tiles (`sampled.rs`).
 
 use std::time::Instant;
 
 use glam::DVec3;
-use hybrid_march::Sampling;
+use hybrid_march::{Adaptive, Sampling};
 use scene::Bvh;
+
+use super::sampled::{Sampled, Tiles};
 
 use crate::airlight::{Airlight, Stage};
 use crate::failure::Outcome;
 use crate::maps::{MapOptions, Maps};
 use crate::scene_args::Setup;
-use crate::technique::{Options, Technique, VisibilitySource};
+use crate::technique::{self, Options, Technique, VisibilitySource};
 use crate::view_rays::ViewRays;
 
 /// Rays of a pilot, about.
-const RAYS: f64 = 8192.0;
+const RAYS: f64 = 16384.0;
 
 /// The same where the reference is a converged march.
 const FEW_RAYS: f64 = 576.0;
@@ -42,9 +44,32 @@ impl Estimate {
     /// The error of what is exact.
     pub(crate) const NONE: Self = Self { found: 0.0, upper: 0.0 };
 
-    /// With what interpolation between rays may err by beside it.
-    pub(crate) fn with(self, interpolated: f64) -> Self {
-        Self { found: self.found.hypot(interpolated), upper: self.upper.hypot(interpolated) }
+    /// With an error of other origin beside it.
+    pub(crate) fn with(self, other: Self) -> Self {
+        Self { found: self.found.hypot(other.found), upper: self.upper.hypot(other.upper) }
+    }
+
+    /// The root of the share of `errors` in what `shadows` change, squares of each part of a sample that stands for `each` times
+    /// as many parts. Where shadows change nothing it is the share in the airlight itself, `whole`.
+    ///
+    /// The standard error is that of a ratio of sums, e/s: that of the mean of (e − r s)/mean s.
+    pub(super) fn of(errors: &[f64], shadows: &[f64], whole: &[f64], each: f64) -> Self {
+        let sum = |squares: &[f64]| squares.iter().sum::<f64>();
+        let weights = if sum(shadows) > 0.0 { shadows } else { whole };
+        let (error, weight, count) = (sum(errors), sum(weights), errors.len() as f64);
+        if error == 0.0 {
+            return Self::NONE;
+        }
+        if !(weight > 0.0) {
+            return Self { found: f64::INFINITY, upper: f64::INFINITY };
+        }
+        let share = error / weight;
+        let deviations = errors.iter().zip(weights).map(|(e, s)| (e - share * s).powi(2));
+        let spread = deviations.sum::<f64>().sqrt() / weight;
+        // of a finite picture, of which the sample is a part
+        let unseen = (1.0 - 1.0 / each.max(1.0)).sqrt();
+        let ratio = count / (count - 1.0).max(1.0);
+        Self { found: share.sqrt(), upper: (share + MARGIN * ratio.sqrt() * unseen * spread).sqrt() }
     }
 }
 
@@ -59,6 +84,12 @@ pub(crate) struct Pilot<'a> {
     exact: Vec<DVec3>,
     unshadowed: Vec<DVec3>,
     maps: Vec<(MapOptions, Maps)>,
+    /// Tiles of the picture, by the map that shadows them; without any where nothing is exact on a map.
+    tiles: Vec<(MapOptions, Option<Tiles>)>,
+    no_maps: Maps,
+    /// The picture's size, and its rays where they were asked for.
+    whole: (u32, u32),
+    all_rays: Option<ViewRays>,
     /// What was judged, by technique and options.
     known: Vec<(String, (Estimate, f64))>,
     /// What one exact picture of the large size would take on the CPU; units: ms.
@@ -68,7 +99,9 @@ pub(crate) struct Pilot<'a> {
 
 impl<'a> Pilot<'a> {
     /// Traces the rays and computes what is exact on them: a converged march in media without analytic integral.
-    pub(crate) fn new(setup: &'a Setup, bvh: &'a Bvh, options: &Options) -> Outcome<Self> {
+    ///
+    /// Where `on_map`, what is exact is so with respect to the map of the options.
+    pub(crate) fn new(setup: &'a Setup, bvh: &'a Bvh, options: &Options, on_map: bool) -> Outcome<Self> {
         let started = Instant::now();
         let analytic = setup.medium.is_homogeneous();
         let size = smaller(options.size, if analytic { RAYS } else { FEW_RAYS });
@@ -81,10 +114,27 @@ impl<'a> Pilot<'a> {
         let area = |(width, height): (u32, u32)| f64::from(width) * f64::from(height);
         let rays_each = area(options.size) / area(size);
         let (exact, unshadowed, maps, exact_ms) = (Vec::new(), Vec::new(), Vec::new(), 0.0);
-        let known = Vec::new();
-        let mut pilot =
-            Self { setup, bvh, base, rays, rays_each, exact, unshadowed, maps, known, exact_ms, started };
-        let (technique, reference) = if analytic {
+        let (tiles, known, whole) = (Vec::new(), Vec::new(), options.size);
+        let mut pilot = Self {
+            setup,
+            bvh,
+            base,
+            rays,
+            rays_each,
+            exact,
+            unshadowed,
+            maps,
+            tiles,
+            no_maps: Maps::none(setup.lights.len()),
+            whole,
+            all_rays: None,
+            known,
+            exact_ms,
+            started,
+        };
+        let (technique, reference) = if analytic && on_map {
+            (Technique::ExactShadowMap, base)
+        } else if analytic {
             (Technique::Exact, base)
         } else {
             let visibility = VisibilitySource::Bvh;
@@ -118,9 +168,57 @@ impl<'a> Pilot<'a> {
         Ok(judged)
     }
 
+    /// What a sampling errs by and traces under a map; `None` in media and under lights where nothing is exact on one.
+    ///
+    /// Fails where a map cannot be drawn.
+    pub(crate) fn sampled(&mut self, map: MapOptions, adaptive: &Adaptive) -> Outcome<Option<Sampled>> {
+        if !self.tiles.iter().any(|(known, _)| *known == map) {
+            let exact = self.setup.medium.is_homogeneous()
+                && technique::check(self.setup, Technique::ExactShadowMap, "").is_ok();
+            let tiles = if exact {
+                self.draw(map)?;
+                let options = Options { size: self.whole, map, ..self.base };
+                let drawn = self.maps.iter().find(|(drawn, _)| *drawn == map);
+                let trace =
+                    |(_, maps): &(MapOptions, Maps)| Tiles::trace(self.setup, self.bvh, &options, maps);
+                drawn.map(trace).transpose()?
+            } else {
+                None
+            };
+            self.tiles.push((map, tiles));
+        }
+        let tiles = self.tiles.iter().find(|(known, _)| *known == map).and_then(|(_, tiles)| tiles.as_ref());
+        tiles.map(|tiles| tiles.judge(adaptive)).transpose()
+    }
+
+    /// The view rays of the whole picture, and the maps that a technique reads.
+    ///
+    /// Fails where a map cannot be drawn.
+    pub(crate) fn full_size(
+        &mut self,
+        technique: Technique,
+        options: &Options,
+    ) -> Outcome<(&ViewRays, &Maps)> {
+        let reads = options.shadows_in_medium && technique.reads_maps(options.visibility);
+        if reads {
+            self.draw(options.map)?;
+        }
+        let rays = self.all_rays.get_or_insert_with(|| {
+            let rays = ViewRays::trace(&self.setup.camera, self.bvh, self.whole);
+            self.base.froxels.range.map(|range| rays.up_to(range)).unwrap_or(rays)
+        });
+        let drawn = self.maps.iter().find(|(drawn, _)| reads && *drawn == options.map);
+        Ok((rays, drawn.map_or(&self.no_maps, |(_, maps)| maps)))
+    }
+
     /// What is pictured.
     pub(crate) fn setup(&self) -> &'a Setup {
         self.setup
+    }
+
+    /// The hierarchy around it.
+    pub(crate) fn bvh(&self) -> &'a Bvh {
+        self.bvh
     }
 
     /// Time since the pilot began; units: ms.
@@ -128,15 +226,21 @@ impl<'a> Pilot<'a> {
         self.started.elapsed().as_secs_f64() * 1e3
     }
 
+    fn draw(&mut self, map: MapOptions) -> Outcome<()> {
+        if self.maps.iter().all(|(drawn, _)| *drawn != map) {
+            self.maps.push((map, Maps::draw(self.setup, &map)?));
+        }
+        Ok(())
+    }
+
     fn run(&mut self, technique: Technique, options: &Options) -> Outcome<Airlight> {
         let wanted = options.map;
         let reads = options.shadows_in_medium && technique.reads_maps(options.visibility);
-        if reads && self.maps.iter().all(|(drawn, _)| *drawn != wanted) {
-            self.maps.push((wanted, Maps::draw(self.setup, &wanted)?));
+        if reads {
+            self.draw(wanted)?;
         }
-        let none = Maps::none(self.setup.lights.len());
         let drawn = self.maps.iter().find(|(drawn, _)| reads && *drawn == wanted);
-        let maps = drawn.map_or(&none, |(_, maps)| maps);
+        let maps = drawn.map_or(&self.no_maps, |(_, maps)| maps);
         let Self { setup, bvh, rays, .. } = self;
         Stage { setup, bvh, options, rays, maps, further: &[], tick: &|_| () }.run(technique)
     }
@@ -153,32 +257,12 @@ fn smaller((width, height): (u32, u32), pixels: f64) -> (u32, u32) {
 }
 
 /// ‖a − b‖/‖u − b‖ over the rays of a sample that stand for `rays_each` each, and how large it may be over all.
-///
-/// The standard error is that of a ratio of sums, e/s: that of the mean of (e − r s)/mean s. Where shadows change
-/// nothing it is the share of the airlight itself.
 fn estimate(a: &[DVec3], exact: &[DVec3], unshadowed: &[DVec3], rays_each: f64) -> Estimate {
     let squares = |x: &[DVec3], y: &[DVec3]| -> Vec<f64> {
         x.iter().zip(y).map(|(x, y)| (*x - *y).length_squared()).collect()
     };
-    let errors = squares(a, exact);
-    let shadows = squares(unshadowed, exact);
-    let sum = |squares: &[f64]| squares.iter().sum::<f64>();
     let whole: Vec<f64> = exact.iter().map(|b| b.length_squared()).collect();
-    let weights = if sum(&shadows) > 0.0 { shadows } else { whole };
-    let (error, weight, count) = (sum(&errors), sum(&weights), errors.len() as f64);
-    if error == 0.0 {
-        return Estimate::NONE;
-    }
-    if !(weight > 0.0) {
-        return Estimate { found: f64::INFINITY, upper: f64::INFINITY };
-    }
-    let share = error / weight;
-    let deviations = errors.iter().zip(&weights).map(|(e, s)| (e - share * s).powi(2));
-    let spread = deviations.sum::<f64>().sqrt() / weight;
-    // of a finite picture, of which the sample is a part
-    let unseen = (1.0 - 1.0 / rays_each.max(1.0)).sqrt();
-    let ratio = count / (count - 1.0).max(1.0);
-    Estimate { found: share.sqrt(), upper: (share + MARGIN * ratio.sqrt() * unseen * spread).sqrt() }
+    Estimate::of(&squares(a, exact), &squares(unshadowed, exact), &whole, rays_each)
 }
 
 #[cfg(test)]
@@ -219,7 +303,7 @@ mod tests {
         let bvh = Bvh::build(&setup.scene).unwrap();
         let mut options = Options { airlight_only: true, ..Options::new((192, 192)) };
         options.map.surface = MapSurface::Step;
-        let mut pilot = Pilot::new(&setup, &bvh, &options).unwrap();
+        let mut pilot = Pilot::new(&setup, &bvh, &options, false).unwrap();
         let picture = |technique, options: &Options| -> Image {
             frame::render(&setup, &bvh, technique, options, None, "").unwrap().image
         };

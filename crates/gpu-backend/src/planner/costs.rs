@@ -81,13 +81,19 @@ const ADAPTIVE_PASSES: f64 = 25.0;
 fn traced_share(adaptive: &Adaptive, side: f64) -> f64 {
     let lattice = f64::from(adaptive.spacing).powi(-2);
     let target = 0.01 / f64::from(adaptive.target_error);
-    let growth = if target < 1.0 { target.powf(0.55) } else { target.powf(0.75) };
+    let growth = if target < 1.0 { target.powf(0.55) } else { target.powf(0.9) };
     let between = 1.0 - (-TRACED_AT_ONE_PERCENT * growth * (1024.0 / side).powf(1.4)).exp();
     // then the last level traces all
-    if adaptive.levels((side as u32, side as u32)).last().is_some_and(|level| between > level.most_traced) {
-        return lattice + LISTED_AT_ONCE * (1.0 - lattice);
-    }
-    lattice + LISTED * between * (1.0 - lattice)
+    let is_all =
+        adaptive.levels((side as u32, side as u32)).last().is_some_and(|level| between > level.most_traced);
+    mean_rays(adaptive, if is_all { 1.0 } else { lattice + between * (1.0 - lattice) })
+}
+
+/// So many rays of a picture, as a share of its pixels, in mean rays.
+fn mean_rays(adaptive: &Adaptive, traced: f64) -> f64 {
+    let lattice = f64::from(adaptive.spacing).powi(-2).min(traced);
+    let each = if traced > MOST_LISTED { LISTED_AT_ONCE } else { LISTED };
+    lattice + each * (traced - lattice)
 }
 
 /// What it is for 1 % of a picture of 1024², without the lattice.
@@ -95,6 +101,9 @@ const TRACED_AT_ONE_PERCENT: f64 = 0.021;
 
 /// Cost of a ray of a list, in mean rays: beside an edge, and where all are listed.
 const LISTED: f64 = 1.4;
+
+/// Share of a picture's rays above which its last level traces all.
+const MOST_LISTED: f64 = 0.7;
 const LISTED_AT_ONCE: f64 = 1.2;
 
 /// Nanoseconds of each operation on a device, by kind of light: columns as [`LightKind::ALL`].
@@ -121,12 +130,12 @@ impl Costs {
             [50.0, 32.0, 37.0],     // LinearBlock
             [5.0, 5.8, 5.0],        // PyramidTexel
             [100.0, 180.0, 50.0],   // March
-            [3.0, 2.4, 2.5],        // Step
+            [4.0, 2.5, 2.8],        // Step
             [30.0, 30.0, 30.0],     // VaryingStep
             [500.0, 500.0, 500.0],  // ShadowRay
             [175.0, 210.0, 100.0],  // Hybrid
             [6.0, 4.3, 3.4],        // HybridStep
-            [100.0, 140.0, 150.0],  // SilhouetteTriangle
+            [70.0, 95.0, 110.0],    // SilhouetteTriangle
             [1300.0, 790.0, 620.0], // VolumeRay
             [60.0, 75.0, 65.0],     // VolumeTexel
             [2.0, 2.0, 2.0],        // TreeTexel
@@ -143,8 +152,22 @@ impl Costs {
 
     /// Predicted time of a frame's fog by a candidate; units: ms.
     pub fn predict(&self, facts: &Facts<'_>, candidate: &Candidate) -> f64 {
+        let views = f64::from(facts.views.max(1));
+        let side = (facts.pixels as f64 / views).sqrt();
+        let traced = candidate.sampling.adaptive().map_or(1.0, |adaptive| traced_share(adaptive, side));
+        self.of_rays(facts, candidate, traced)
+    }
+
+    /// The same where it is known which share of its view rays a candidate with adaptive sampling traces, from 0 to 1.
+    pub fn predict_traced(&self, facts: &Facts<'_>, candidate: &Candidate, traced: f64) -> f64 {
+        let rays = candidate.sampling.adaptive().map_or(1.0, |adaptive| mean_rays(adaptive, traced));
+        self.of_rays(facts, candidate, rays)
+    }
+
+    /// Predicted time where as many mean rays are traced, as a share of the pixels.
+    fn of_rays(&self, facts: &Facts<'_>, candidate: &Candidate, share: f64) -> f64 {
         let of_light = |light: &LightFacts| {
-            let operations = operations(facts, light, candidate);
+            let operations = operations(facts, light, candidate, share);
             operations.map(|(operation, count)| count * self.of(operation, light.kind)).sum::<f64>()
         };
         facts.lights.iter().map(of_light).sum()
@@ -166,13 +189,13 @@ fn operations(
     facts: &Facts<'_>,
     light: &LightFacts,
     candidate: &Candidate,
+    share: f64,
 ) -> impl Iterator<Item = (Operation, f64)> {
     use Operation as Op;
     let pixels = facts.pixels as f64;
     let adaptive = candidate.sampling.adaptive();
     let views = f64::from(facts.views);
-    let side = (pixels / views.max(1.0)).sqrt();
-    let rays = pixels * adaptive.map_or(1.0, |adaptive| traced_share(adaptive, side));
+    let rays = pixels * share;
     let closed = facts.medium.is_closed(light.kind) && !light.textured;
     let (map_side, changed) = light.map().map_or((0.0, false), |map| (f64::from(map.side), map.changed));
     let texels = map_side * map_side * f64::from(light.kind.faces());

@@ -68,10 +68,14 @@ impl Budget {
 
     /// The largest estimate at which predictions of a level are taken, in W/(m²·sr), from a histogram of them; below every
     /// estimate where all of the level is to be traced.
-    pub(super) fn tolerance(&mut self, level: &AdaptiveLevel, predictions: &[Prediction]) -> f64 {
+    pub(super) fn tolerance<'p>(
+        &mut self,
+        level: &AdaptiveLevel,
+        predictions: impl IntoIterator<Item = &'p Prediction>,
+    ) -> f64 {
         // the last counts what is too large for any bin
         let mut counts = [0_u64; BINS + 1];
-        for prediction in predictions.iter().filter(|prediction| level.surveys(prediction.cell)) {
+        for prediction in predictions.into_iter().filter(|prediction| level.surveys(prediction.cell)) {
             counts[bin(prediction.estimate / self.unit)] += u64::from(level.survey);
         }
         // an error is inherited by all pixels that are predicted from this one
