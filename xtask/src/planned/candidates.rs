@@ -44,13 +44,13 @@ impl Candidate {
         self.sampled.map_or(Estimate { found: allowed, upper: allowed }, |sampled| sampled.error)
     }
 
-    /// Whether another is the same but for the number of its rays or steps.
+    /// Whether another is the same but for how fine its map is and how many its rays or steps are.
     pub(crate) fn is_like(&self, other: &Self) -> bool {
         let tessellation = |candidate: &Self| {
             (candidate.technique == Technique::LightVolume).then_some(candidate.options.tessellation)
         };
         self.technique == other.technique
-            && self.options.map == other.options.map
+            && self.options.map.surface == other.options.map.surface
             && self.options.visibility == other.options.visibility
             && self.adaptive().is_some() == other.adaptive().is_some()
             && tessellation(self) == tessellation(other)

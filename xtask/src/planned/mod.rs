@@ -235,7 +235,7 @@ pub(crate) fn plan(
             if gpu.is_none() || hopeless || within.len() == MOST_TIMED {
                 break;
             }
-            // the same with more rays takes more time
+            // the same with more rays, or on a finer map, takes more time
             if within.iter().any(|(other, ..)| other.is_like(&candidate)) {
                 continue;
             }
