@@ -48,37 +48,54 @@ fn laplacian_of(face: u32, quad: vec2u) -> f32 {
     return most;
 }
 
+// The heights of a quad's corners, of the middles between them, and of its centre, row by row.
+struct Nine {
+    h00: f32,
+    top: f32,
+    h10: f32,
+    left: f32,
+    centre: f32,
+    right: f32,
+    h01: f32,
+    bottom: f32,
+    h11: f32,
+}
+
+fn heights_of(face: u32, level: u32, quad: vec2u) -> Nine {
+    let near = corner_of(level, quad);
+    let far = corner_of(level, quad + 1u);
+    let middle = middle_of_quad(level, quad);
+    return Nine(
+        tree_height(face, near), tree_height(face, vec2u(middle.x, near.y)), tree_height(face, vec2u(far.x, near.y)),
+        tree_height(face, vec2u(near.x, middle.y)), tree_height(face, middle), tree_height(face, vec2u(far.x, middle.y)),
+        tree_height(face, vec2u(near.x, far.y)), tree_height(face, vec2u(middle.x, far.y)), tree_height(face, far),
+    );
+}
+
+fn middle_of_quad(level: u32, quad: vec2u) -> vec2u {
+    return min((quad << vec2u(level)) + (1u << (level - 1u)), tree.last);
+}
+
 // How far the surface moves if a quad is not split, given the same of its children.
 //
 // Its triangles and those of its children differ most at the five nodes that the children add, since the one diagonal lies
 // on the other. Where the quad sticks out of the map it does not: then both differ from the bilinear surface by no more
 // than a quarter of its twist each, and by what the nodes do.
-fn distance_of_quad(face: u32, level: u32, quad: vec2u, below: Judged) -> Verdict {
-    let near = corner_of(level, quad);
-    let far = corner_of(level, quad + 1u);
-    let middle = min((quad << vec2u(level)) + (1u << (level - 1u)), tree.last);
-    let h00 = tree_height(face, near);
-    let h10 = tree_height(face, vec2u(far.x, near.y));
-    let h01 = tree_height(face, vec2u(near.x, far.y));
-    let h11 = tree_height(face, far);
-    let top = tree_height(face, vec2u(middle.x, near.y));
-    let bottom = tree_height(face, vec2u(middle.x, far.y));
-    let left = tree_height(face, vec2u(near.x, middle.y));
-    let right = tree_height(face, vec2u(far.x, middle.y));
-    let centre = tree_height(face, middle);
-    var least = min(min(min(h00, h10), min(h01, h11)), min(min(top, bottom), min(left, right)));
-    least = min(min(least, centre), below.y);
+fn distance_of_quad(level: u32, quad: vec2u, h: Nine, below: Judged) -> Verdict {
+    var least = min(min(min(h.h00, h.h10), min(h.h01, h.h11)), min(min(h.top, h.bottom), min(h.left, h.right)));
+    least = min(min(least, h.centre), below.y);
     var most: f32;
     if all(((quad + 1u) << vec2u(level)) <= tree.last) {
-        most = max(abs(top - 0.5 * (h00 + h10)), abs(bottom - 0.5 * (h01 + h11)));
-        most = max(most, max(abs(left - 0.5 * (h00 + h01)), abs(right - 0.5 * (h10 + h11))));
-        most = max(most, abs(centre - 0.5 * (h10 + h01)));
+        most = max(abs(h.top - 0.5 * (h.h00 + h.h10)), abs(h.bottom - 0.5 * (h.h01 + h.h11)));
+        most = max(most, max(abs(h.left - 0.5 * (h.h00 + h.h01)), abs(h.right - 0.5 * (h.h10 + h.h11))));
+        most = max(most, abs(h.centre - 0.5 * (h.h10 + h.h01)));
     } else {
-        let at = vec2f(middle - near) / vec2f(far - near);
-        most = max(abs(top - mix(h00, h10, at.x)), abs(bottom - mix(h01, h11, at.x)));
-        most = max(most, max(abs(left - mix(h00, h01, at.y)), abs(right - mix(h10, h11, at.y))));
-        most = max(most, abs(centre - mix(mix(h00, h10, at.x), mix(h01, h11, at.x), at.y)));
-        most = 2.0 * most + 0.5 * abs(h00 - h10 - h01 + h11);
+        let near = corner_of(level, quad);
+        let at = vec2f(middle_of_quad(level, quad) - near) / vec2f(corner_of(level, quad + 1u) - near);
+        most = max(abs(h.top - mix(h.h00, h.h10, at.x)), abs(h.bottom - mix(h.h01, h.h11, at.x)));
+        most = max(most, max(abs(h.left - mix(h.h00, h.h01, at.y)), abs(h.right - mix(h.h10, h.h11, at.y))));
+        most = max(most, abs(h.centre - mix(mix(h.h00, h.h10, at.x), mix(h.h01, h.h11, at.x), at.y)));
+        most = 2.0 * most + 0.5 * abs(h.h00 - h.h10 - h.h01 + h.h11);
     }
     // the stitches to finer neighbours add no more than a node differs by
     return Verdict(in_metres(below.x + 2.0 * most, least), Judged(below.x + most, least));
@@ -93,5 +110,5 @@ fn judge(face: u32, level: u32, quad: vec2u, below: Judged) -> Verdict {
         }
         return Verdict(most, Judged(most, 0.0));
     }
-    return distance_of_quad(face, level, quad, below);
+    return distance_of_quad(level, quad, heights_of(face, level, quad), below);
 }

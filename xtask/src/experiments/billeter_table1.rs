@@ -52,7 +52,7 @@ fn plan(context: &Context) -> Plan {
     let plan = match context.preset {
         Preset::Smoke => Plan { maps: &[256], ..least },
         Preset::Quick => Plan { side: 256, maps: &[512, 1024], ..few },
-        Preset::Standard => all,
+        Preset::Standard => few,
         Preset::Paper => Plan { side: 1024, ..all },
     };
     // what the CPU builds, it builds for every frame

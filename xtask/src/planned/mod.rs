@@ -221,69 +221,21 @@ pub(crate) fn plan(
     measure_sampling(&mut pilot, &mut all, base, target_error)?;
     let finest = |a: &&Candidate, b: &&Candidate| a.usual_error.total_cmp(&b.usual_error);
     let last_resort = all.iter().min_by(finest).cloned();
-    let mut best: Option<(Candidate, Estimate, f64)> = None;
-    let mut within: Vec<(Candidate, Estimate, f64)> = Vec::new();
-    let mut trials = Trials::default();
-    for candidate in all {
-        let slower = device == Device::SoftwareGpu && !wish.on_map && candidate.predicted_ms > pilot.exact_ms;
-        // a closed form is one anywhere
-        if free && analytic && slower && candidate.usual_error > 0.0 {
-            break;
-        }
-        if let Some((cheapest, ..)) = within.first() {
-            let hopeless = candidate.predicted_ms > NEARLY_AS_CHEAP * cheapest.predicted_ms;
-            if gpu.is_none() || hopeless || within.len() == MOST_TIMED {
-                break;
-            }
-            // the same with more rays, or on a finer map, takes more time
-            if within.iter().any(|(other, ..)| other.is_like(&candidate)) {
-                continue;
-            }
-        }
-        if !trials.allow(&mut pilot, &candidate, target_error)? {
-            continue;
-        }
-        let (error, cpu_ms) = pilot.judge(candidate.technique, &candidate.options)?;
-        trials.note(&candidate, error.upper);
-        let error = error.with(candidate.interpolated());
-        let ms = if device == Device::Cpu { cpu_ms } else { candidate.predicted_ms };
-        if error.upper <= target_error {
-            within.push((candidate, error, ms));
-        } else if best.as_ref().is_none_or(|(_, least, _)| error.upper < least.upper) {
-            best = Some((candidate, error, ms));
-        }
-    }
-    // costs are known within a factor of two: those that may be the cheapest are asked
-    match gpu {
-        Some(gpu) if within.len() > 1 => {
-            let mut fastest = (f64::INFINITY, 0);
-            for (index, (candidate, ..)) in within.iter().enumerate() {
-                let ms = timed::time(gpu, &mut pilot, candidate)?;
-                tracing::debug!(
-                    "{} in {ms:.1} ms, {:.1} ms predicted",
-                    candidate.technique.name(),
-                    candidate.predicted_ms
-                );
-                if ms < fastest.0 {
-                    fastest = (ms, index);
-                }
-            }
-            best = Some(within.swap_remove(fastest.1));
-        }
-        _ => best = within.into_iter().next().or(best),
-    }
+    // a closed form is one anywhere
+    let on_the_cpu = free && analytic && device == Device::SoftwareGpu && !wish.on_map;
+    let most_ms = if on_the_cpu { pilot.exact_ms } else { f64::INFINITY };
+    let (within, nearest) = within_target(&mut pilot, all, target_error, device, most_ms)?;
+    let mut best = match gpu {
+        Some(gpu) if within.len() > 1 => Some(fastest(gpu, &mut pilot, within)?),
+        _ => within.into_iter().next().or(nearest),
+    };
     if best.is_none() && (!free || !analytic) {
         // the best there is of what was asked for
-        if let Some(candidate) = last_resort {
-            let (error, cpu_ms) = pilot.judge(candidate.technique, &candidate.options)?;
-            let error = error.with(candidate.interpolated());
-            let ms = if device == Device::Cpu { cpu_ms } else { candidate.predicted_ms };
-            best = Some((candidate, error, ms));
-        }
+        best = last_resort.map(|candidate| Judged::of(candidate, &mut pilot, device)).transpose()?;
     }
-    let met = best.as_ref().is_some_and(|(_, error, _)| error.upper <= target_error);
+    let met = best.as_ref().is_some_and(|best| best.error.upper <= target_error);
     match (best, wish.technique) {
-        (Some((candidate, error, ms)), _) if met || !free || !analytic || wish.on_map => Ok(Plan {
+        (Some(Judged { candidate, error, ms }), _) if met || !free || !analytic || wish.on_map => Ok(Plan {
             technique: candidate.technique,
             options: candidate.options,
             on_gpu: device != Device::Cpu,
@@ -308,6 +260,76 @@ pub(crate) fn plan(
             Ok(exact(reason, pilot.ms(), Some(pilot.exact_ms)))
         }
     }
+}
+
+/// A candidate with its error, and its time: measured on the CPU, predicted for a GPU; units: ms.
+struct Judged {
+    candidate: Candidate,
+    error: Estimate,
+    ms: f64,
+}
+
+impl Judged {
+    fn of(candidate: Candidate, pilot: &mut Pilot<'_>, device: Device) -> Outcome<Self> {
+        let (error, cpu_ms) = pilot.judge(candidate.technique, &candidate.options)?;
+        let ms = if device == Device::Cpu { cpu_ms } else { candidate.predicted_ms };
+        Ok(Self { error: error.with(candidate.interpolated()), ms, candidate })
+    }
+}
+
+/// The cheapest candidates that are safely within the target: one of each kind for a GPU, which is asked for their times, and
+/// one for the CPU. Beside them the nearest of those that are not. `most_ms` is what those with an error may take.
+fn within_target(
+    pilot: &mut Pilot<'_>,
+    all: Vec<Candidate>,
+    target: f64,
+    device: Device,
+    most_ms: f64,
+) -> Outcome<(Vec<Judged>, Option<Judged>)> {
+    let mut within: Vec<Judged> = Vec::new();
+    let mut nearest: Option<Judged> = None;
+    let mut trials = Trials::default();
+    for candidate in all {
+        if candidate.predicted_ms > most_ms && candidate.usual_error > 0.0 {
+            break;
+        }
+        if let Some(cheapest) = within.first() {
+            let hopeless = candidate.predicted_ms > NEARLY_AS_CHEAP * cheapest.candidate.predicted_ms;
+            if device == Device::Cpu || hopeless || within.len() == MOST_TIMED {
+                break;
+            }
+            // the same with more rays, or on a finer map, takes more time
+            if within.iter().any(|other| other.candidate.is_like(&candidate)) {
+                continue;
+            }
+        }
+        if !trials.allow(pilot, &candidate, target)? {
+            continue;
+        }
+        let own = pilot.judge(candidate.technique, &candidate.options)?.0;
+        trials.note(&candidate, own.upper);
+        let judged = Judged::of(candidate, pilot, device)?;
+        if judged.error.upper <= target {
+            within.push(judged);
+        } else if nearest.as_ref().is_none_or(|least| judged.error.upper < least.error.upper) {
+            nearest = Some(judged);
+        }
+    }
+    Ok((within, nearest))
+}
+
+/// The one whose frame takes the least time on a GPU: what is predicted is known within a factor of two.
+fn fastest(gpu: &GpuContext, pilot: &mut Pilot<'_>, mut within: Vec<Judged>) -> Outcome<Judged> {
+    let mut fastest = (f64::INFINITY, 0);
+    for (index, Judged { candidate, .. }) in within.iter().enumerate() {
+        let ms = timed::time(gpu, pilot, candidate)?;
+        let (name, predicted) = (candidate.technique.name(), candidate.predicted_ms);
+        tracing::debug!("{name} in {ms:.1} ms, {predicted:.1} ms predicted");
+        if ms < fastest.0 {
+            fastest = (ms, index);
+        }
+    }
+    Ok(within.swap_remove(fastest.1))
 }
 
 /// Measures what few rays err by and how many they are, for candidates on the smallest maps that are good enough, and leaves
