@@ -38,10 +38,11 @@ impl Candidate {
         self.technique.sampling(self.options.sampling).adaptive().copied()
     }
 
-    /// What interpolation between rays errs by: as much as it may, where that was not measured.
+    /// What interpolation between rays errs by: as much as it may, where that was not measured, and no more where it was.
     pub(crate) fn interpolated(&self) -> Estimate {
         let allowed = self.adaptive().map_or(0.0, |adaptive| f64::from(adaptive.target_error));
-        self.sampled.map_or(Estimate { found: allowed, upper: allowed }, |sampled| sampled.error)
+        let found = self.sampled.map_or(Estimate { found: allowed, upper: allowed }, |sampled| sampled.error);
+        Estimate { found: found.found, upper: found.upper.min(allowed) }
     }
 
     /// Whether another is the same but for how fine its map is and how many its rays or steps are.
