@@ -44,7 +44,7 @@ fn plan(context: &Context) -> Plan {
     const SPOT: &[LightKind] = &[LightKind::Spot];
     const ALL: &[LightKind] = &[LightKind::Spot, LightKind::Point, LightKind::Directional];
     let all =
-        Plan { side: 1024, map: 512, samples: &[50, 150, 400, 1000], linear: &[150, 400, 800], kinds: ALL };
+        Plan { side: 1024, map: 512, samples: &[50, 150, 400, 1300], linear: &[150, 400, 800], kinds: ALL };
     let few = Plan { side: 64, map: 128, samples: &[25, 150, 400], linear: &[150], kinds: SPOT };
     let plan = match context.preset {
         Preset::Smoke => few,

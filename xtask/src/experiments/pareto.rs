@@ -186,7 +186,9 @@ fn measure(
         planned::predict(&arena.setup, &arena.bvh, setting.technique, &setting.options)
     };
     let predicted = settings.iter().map(predict).collect();
-    let results = arena.measure(context.gpu.as_ref(), &settings)?;
+    let mut results = arena.measure(context.gpu.as_ref(), &settings)?;
+    // their errors are known, and some hundred pictures of a megapixel are not to be kept
+    results.iter_mut().for_each(|result| result.image.pixels = Vec::new());
     let triangles = arena.triangles();
     Ok(Case { title: arena.title, kind, medium, triangles, map, results, predicted, picks })
 }
