@@ -178,7 +178,7 @@ pub(crate) fn predict(setup: &Setup, bvh: &Bvh, technique: Technique, options: &
 
 /// Chooses what a picture is made with; `base` has what is not to be chosen.
 ///
-/// Fails where a map cannot be drawn, and if the GPU cannot hold a frame.
+/// Fails where a map cannot be drawn.
 pub(crate) fn plan(
     setup: &Setup,
     bvh: &Bvh,
@@ -226,7 +226,7 @@ pub(crate) fn plan(
     let most_ms = if on_the_cpu { pilot.exact_ms } else { f64::INFINITY };
     let (within, nearest) = within_target(&mut pilot, all, target_error, device, most_ms)?;
     let mut best = match gpu {
-        Some(gpu) if within.len() > 1 => Some(fastest(gpu, &mut pilot, within)?),
+        Some(gpu) if within.len() > 1 => Some(fastest(gpu, &mut pilot, within)),
         _ => within.into_iter().next().or(nearest),
     };
     if best.is_none() && (!free || !analytic) {
@@ -319,17 +319,18 @@ fn within_target(
 }
 
 /// The one whose frame takes the least time on a GPU: what is predicted is known within a factor of two.
-fn fastest(gpu: &GpuContext, pilot: &mut Pilot<'_>, mut within: Vec<Judged>) -> Outcome<Judged> {
+fn fastest(gpu: &GpuContext, pilot: &mut Pilot<'_>, mut within: Vec<Judged>) -> Judged {
     let mut fastest = (f64::INFINITY, 0);
     for (index, Judged { candidate, .. }) in within.iter().enumerate() {
-        let ms = timed::time(gpu, pilot, candidate)?;
+        // what a GPU cannot hold is left out, and refused by the frame itself where nothing else is left
+        let Ok(ms) = timed::time(gpu, pilot, candidate) else { continue };
         let (name, predicted) = (candidate.technique.name(), candidate.predicted_ms);
         tracing::debug!("{name} in {ms:.1} ms, {predicted:.1} ms predicted");
         if ms < fastest.0 {
             fastest = (ms, index);
         }
     }
-    Ok(within.swap_remove(fastest.1))
+    within.swap_remove(fastest.1)
 }
 
 /// Measures what few rays err by and how many they are, for candidates on the smallest maps that are good enough, and leaves
