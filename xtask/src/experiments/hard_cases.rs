@@ -10,6 +10,7 @@ use serde_json::json;
 use super::equal_error::median;
 use super::hard_case_list::{Case, Weight, cases};
 use super::hard_case_range::Ranged;
+use super::hard_case_ways::{SAMPLES, Way, volume_map};
 use super::measure::{Arena, Runner, Setting, WARM_FRAMES, base, in_turns, picture};
 use super::shown::clock_note;
 use super::{Context, Preset, experiment, gpu_or_cpu};
@@ -22,10 +23,7 @@ use crate::metrics::{self, Metrics};
 use crate::report::data::{Bound, Check, Row};
 use crate::report::table::{Column, Table};
 use crate::report::{self, Section};
-use crate::technique::{self, HybridOptions, Options, Technique, Tessellation, VisibilitySource};
-
-/// Steps of both marches.
-const SAMPLES: u32 = 48;
+use crate::technique::{self, Options, Technique};
 
 /// How much greater the hybrid's error may be than that of a march of as many steps, before the case is named: this
 /// many times, and so much of what shadows change.
@@ -40,157 +38,6 @@ const FROXEL_BARS: (f64, f64) = (0.3, 0.5);
 
 /// Relative RMSE that f32 makes of any picture.
 const ROUNDING: f64 = 1e-5;
-
-/// Side of the maps of light volumes for others of `side` texels: every texel is two triangles, on a cube six times as many.
-fn volume_map(side: u32) -> u32 {
-    (side / 4).max(128)
-}
-
-/// What is compared.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Way {
-    Traversal,
-    Hybrid,
-    PlainHybrid,
-    March,
-    HybridByRays,
-    MarchByRays,
-    LinearTraversal,
-    LightVolume,
-    StaticVolume,
-    LightVolumeOnCpu,
-    StaticVolumeOnCpu,
-    Froxels,
-    SharedGrid,
-    FroxelsOnCpu,
-    SharedGridOnCpu,
-}
-
-impl Way {
-    const ALL: [Self; 15] = [
-        Self::Traversal,
-        Self::Hybrid,
-        Self::PlainHybrid,
-        Self::March,
-        Self::HybridByRays,
-        Self::MarchByRays,
-        Self::LinearTraversal,
-        Self::LightVolume,
-        Self::StaticVolume,
-        Self::LightVolumeOnCpu,
-        Self::StaticVolumeOnCpu,
-        Self::Froxels,
-        Self::SharedGrid,
-        Self::FroxelsOnCpu,
-        Self::SharedGridOnCpu,
-    ];
-
-    /// Those for which there is time: compiling their shaders takes half a second a case and technique in software.
-    fn of(preset: Preset) -> &'static [Self] {
-        match preset {
-            Preset::Smoke => &[
-                Self::Hybrid,
-                Self::PlainHybrid,
-                Self::March,
-                Self::LightVolume,
-                Self::FroxelsOnCpu,
-                Self::SharedGridOnCpu,
-            ],
-            Preset::Quick => &[
-                Self::Traversal,
-                Self::Hybrid,
-                Self::PlainHybrid,
-                Self::March,
-                Self::LightVolume,
-                Self::StaticVolume,
-                Self::Froxels,
-                Self::SharedGrid,
-            ],
-            Preset::Standard | Preset::Paper => &Self::ALL,
-        }
-    }
-
-    /// Those of a preset that differ from each other: without a GPU everything is on the CPU.
-    fn of_context(context: &Context) -> Vec<Self> {
-        let of_preset = Self::of(context.preset).iter().copied();
-        // the shortest preset has some on the CPU alone
-        let alone = context.preset == Preset::Smoke;
-        of_preset.filter(|way| context.gpu.is_some() || alone || !way.on_cpu()).collect()
-    }
-
-    fn name(self) -> &'static str {
-        match self {
-            Self::Traversal => "exact-shadow-map",
-            Self::Hybrid => "hybrid",
-            Self::PlainHybrid => "hybrid, not refined, faces by pixel",
-            Self::March => "brute force",
-            Self::HybridByRays => "hybrid, shadow rays",
-            Self::MarchByRays => "brute force, shadow rays",
-            Self::LinearTraversal => "exact-shadow-map, linear",
-            Self::LightVolume => "light volume",
-            Self::StaticVolume => "light volume, static",
-            Self::LightVolumeOnCpu => "light volume, on the CPU",
-            Self::StaticVolumeOnCpu => "light volume, static, on the CPU",
-            Self::Froxels => "froxels",
-            Self::SharedGrid => "shared grid",
-            Self::FroxelsOnCpu => "froxels, on the CPU",
-            Self::SharedGridOnCpu => "shared grid, on the CPU",
-        }
-    }
-
-    fn on_cpu(self) -> bool {
-        matches!(
-            self,
-            Self::LightVolumeOnCpu | Self::StaticVolumeOnCpu | Self::FroxelsOnCpu | Self::SharedGridOnCpu
-        )
-    }
-
-    /// Whether it ends with froxels, as what it is compared with.
-    fn has_froxels(self) -> bool {
-        self.technique().has_froxels()
-    }
-
-    /// What a map means to it.
-    fn surface(self) -> MapSurface {
-        match self {
-            Self::LinearTraversal => MapSurface::Linear,
-            way if way.technique() == Technique::LightVolume => MapSurface::Linear,
-            _ => MapSurface::Step,
-        }
-    }
-
-    fn technique(self) -> Technique {
-        match self {
-            Self::Traversal | Self::LinearTraversal => Technique::ExactShadowMap,
-            Self::Hybrid | Self::PlainHybrid | Self::HybridByRays => Technique::Hybrid,
-            Self::March | Self::MarchByRays => Technique::BruteForce,
-            Self::LightVolume | Self::StaticVolume | Self::LightVolumeOnCpu | Self::StaticVolumeOnCpu => {
-                Technique::LightVolume
-            }
-            Self::Froxels | Self::FroxelsOnCpu => Technique::Froxel,
-            Self::SharedGrid | Self::SharedGridOnCpu => Technique::SharedGrid,
-        }
-    }
-
-    fn reads_map(self) -> bool {
-        !matches!(self, Self::HybridByRays | Self::MarchByRays) && !self.has_froxels()
-    }
-
-    fn setting(self, base: Options, linear: &Arc<Maps>) -> Setting {
-        let samples = Some(SAMPLES);
-        let visibility = if self.reads_map() { VisibilitySource::Map } else { VisibilitySource::Bvh };
-        let plain = HybridOptions { tile: 1, refine: 0, ..base.hybrid };
-        let hybrid = if self == Self::PlainHybrid { plain } else { base.hybrid };
-        let own_maps = (self.surface() == MapSurface::Linear).then(|| Arc::clone(linear));
-        let map = if own_maps.is_some() { linear_map(base) } else { base.map };
-        let tessellation = match self {
-            Self::StaticVolume | Self::StaticVolumeOnCpu => Tessellation::Static { indexed: true },
-            _ => base.tessellation,
-        };
-        let options = Options { samples, visibility, hybrid, map, tessellation, ..base };
-        Setting { own_maps, ..Setting::new(self.name(), self.technique(), options) }
-    }
-}
 
 /// What became of one technique on one case.
 enum Cell {
@@ -342,11 +189,6 @@ fn measure(context: &Context, case: &Case, side: u32, map: u32) -> Outcome<Done>
         gpu_refusal,
         lights: arena.setup.lights.len(),
     })
-}
-
-/// The map of light volumes.
-fn linear_map(base: Options) -> MapOptions {
-    MapOptions { side: volume_map(base.map.side), surface: MapSurface::Linear }
 }
 
 /// The maps in the meaning that light volumes enclose, and what is exact with respect to them.

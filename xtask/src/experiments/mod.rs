@@ -37,6 +37,7 @@ mod grid_temporal;
 mod grid_town;
 mod hard_case_list;
 mod hard_case_range;
+mod hard_case_ways;
 mod hard_cases;
 mod map_traversal;
 mod measure;

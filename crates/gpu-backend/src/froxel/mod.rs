@@ -6,6 +6,7 @@ mod frame;
 mod layout;
 mod memory;
 mod passes;
+mod record;
 
 use std::sync::Arc;
 
