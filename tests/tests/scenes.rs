@@ -50,6 +50,14 @@ fn ply(scene: &Scene) -> Vec<u8> {
     bytes
 }
 
+fn off(scene: &Scene) -> String {
+    let (positions, triangles) = displaced(scene);
+    let vertices = positions.iter().map(|[x, y, z]| format!("{x} {y} {z}\n"));
+    let faces = triangles.iter().map(|[a, b, c]| format!("3 {a} {b} {c}\n"));
+    let head = format!("OFF\n{} {} 0\n", positions.len(), triangles.len());
+    std::iter::once(head).chain(vertices).chain(faces).collect()
+}
+
 fn stl(scene: &Scene) -> Vec<u8> {
     let (positions, triangles) = displaced(scene);
     let mut bytes = vec![b' '; 80];
@@ -102,9 +110,12 @@ fn a_folder_is_compared_with_what_is_known() {
 fn originals_become_scenes() {
     let ball = ball();
     let known = ball.bounds();
-    for (name, bytes) in
-        [("ball.obj", obj(&ball).into_bytes()), ("a/b/Ball.PLY", ply(&ball)), ("x.stl", stl(&ball))]
-    {
+    for (name, bytes) in [
+        ("ball.obj", obj(&ball).into_bytes()),
+        ("a/b/Ball.PLY", ply(&ball)),
+        ("x.stl", stl(&ball)),
+        ("y.off", off(&ball).into_bytes()),
+    ] {
         let desk = Desk::default();
         std::fs::create_dir_all(desk.path("o/a/b")).unwrap();
         desk.write(&format!("o/{name}"), bytes);
@@ -166,6 +177,8 @@ fn bad_folders_and_files_are_refused() {
         ("b.obj", "v 0 0 0\nf 1 2 3\n"),
         ("b.ply", "ply\nformat ascii 1.0\nelement vertex 9\nproperty float x\nend_header\n0\n"),
         ("b.stl", "solid b\nfacet\n"),
+        ("c.3ds", "MM"),
+        ("c.off", "OFF 1"),
         ("b.gltf", "{}"),
         ("b.glb", "glTF"),
     ] {

@@ -1,6 +1,7 @@
 //! `repro`: every table and figure, and one report over all of them.
 
 use std::path::PathBuf;
+use std::time::Instant;
 
 use clap::Args;
 
@@ -96,7 +97,9 @@ pub(crate) fn run(args: &ReproArgs) -> Outcome {
     let mut sections: Vec<Section> = Vec::new();
     for entry in ALL.iter().filter(|entry| args.ids.is_empty() || args.ids.iter().any(|id| id == entry.id)) {
         tracing::info!("{}: {}", entry.id, entry.about);
+        let begun = Instant::now();
         let section = (entry.run)(&context)?;
+        tracing::info!("{}: took {:.1} s", entry.id, begun.elapsed().as_secs_f64());
         section.write(&args.out)?;
         crate::print(&format!("{}\n", section.text()));
         sections.push(section);

@@ -7,11 +7,13 @@ mod glb;
 mod known;
 mod manifest;
 mod obj;
+mod off;
 mod originals;
 mod ply;
 mod read;
 mod state;
 mod stl;
+mod three_ds;
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -31,7 +33,7 @@ pub(crate) struct ScenesArgs {
     /// Folder with the scenes' meshes; AIRLIGHT_SCENES does the same.
     #[arg(long, value_name = "DIR")]
     scenes: Option<PathBuf>,
-    /// Folder with models as they are published (.obj, .ply, .stl, .gltf, .glb); those that are known are converted.
+    /// Folder with models as they are published (.obj, .ply, .stl, .off, .3ds, .gltf, .glb); those that are known are converted.
     #[arg(long, value_name = "DIR", requires = "output")]
     originals: Option<PathBuf>,
     /// Where the converted ones go; what is there already stays.

@@ -6,7 +6,7 @@ use glam::Vec3;
 use scene::import::load_gltf;
 use scene::{Material, Mesh, Scene};
 
-use super::{obj, ply, stl};
+use super::{obj, off, ply, stl, three_ds};
 use crate::failure::{Failure, Outcome};
 use crate::output_file::read_input;
 
@@ -16,11 +16,13 @@ pub(super) enum Format {
     Obj,
     Ply,
     Stl,
+    Off,
+    ThreeDs,
     Gltf,
 }
 
 /// Endings of what is read, for messages.
-pub(super) const ENDINGS: &str = ".obj, .ply, .stl, .gltf or .glb";
+pub(super) const ENDINGS: &str = ".obj, .ply, .stl, .off, .3ds, .gltf or .glb";
 
 impl Format {
     /// The format of a file, by the ending of its name.
@@ -29,6 +31,8 @@ impl Format {
             "obj" => Some(Self::Obj),
             "ply" => Some(Self::Ply),
             "stl" => Some(Self::Stl),
+            "off" => Some(Self::Off),
+            "3ds" => Some(Self::ThreeDs),
             "gltf" | "glb" => Some(Self::Gltf),
             _ => None,
         }
@@ -41,6 +45,8 @@ impl Format {
             Self::Obj => obj::read(&read_input(path)?, path.parent()),
             Self::Ply => ply::read(&read_input(path)?),
             Self::Stl => stl::read(&read_input(path)?),
+            Self::Off => off::read(&read_input(path)?),
+            Self::ThreeDs => three_ds::read(&read_input(path)?),
         };
         scene.map_err(|what| Failure::input(format!("{}: {what}", path.display())))
     }
