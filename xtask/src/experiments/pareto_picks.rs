@@ -5,6 +5,7 @@ use gpu_backend::GpuContext;
 use gpu_backend::planner::{self, Costs};
 
 use super::measure::{Arena, Measured, Setting};
+use super::pareto_settings::percent;
 use crate::failure::Outcome;
 use crate::maps::{MapOptions, MapSurface};
 use crate::planned::{self, Wish};
@@ -137,8 +138,13 @@ fn join(settings: &mut Vec<Setting>, technique: Technique, options: Options) -> 
         let visibility = technique.takes_scale().then_some(options.visibility);
         let samples = technique.takes_scale().then_some(options.samples);
         let tessellation = (technique == Technique::LightVolume).then_some(options.tessellation);
-        let blocks = (technique.sampling(options.sampling), options.froxels.tile);
-        format!("{technique:?} {map:?} {visibility:?} {samples:?} {tessellation:?} {blocks:?}")
+        let sampling = technique.sampling(options.sampling);
+        // targets that differ by their rounding are the same
+        let sampling = sampling
+            .adaptive()
+            .map_or_else(|| format!("{sampling:?}"), |a| percent(a.target_error).to_string());
+        let tile = options.froxels.tile;
+        format!("{technique:?} {map:?} {visibility:?} {samples:?} {tessellation:?} {sampling} {tile:?}")
     };
     let wanted = key(technique, &options);
     let same = |setting: &Setting| key(setting.technique, &setting.options) == wanted;
@@ -154,7 +160,7 @@ fn join(settings: &mut Vec<Setting>, technique: Technique, options: Options) -> 
             name += " shadow rays";
         }
         if let Some(adaptive) = technique.sampling(options.sampling).adaptive() {
-            name += &format!(", adaptive {} %", 100.0 * adaptive.target_error);
+            name += &format!(", adaptive {} %", percent(adaptive.target_error));
         }
         settings.push(Setting::new(name, technique, options));
         settings.len() - 1

@@ -58,6 +58,11 @@ pub(super) fn family(setting: &Setting) -> String {
     name
 }
 
+/// A share in per cent, to as many digits as one would write.
+pub(super) fn percent(share: f32) -> f64 {
+    (1e5 * f64::from(share)).round() / 1e3
+}
+
 /// All settings of a scene.
 pub(super) fn all(sweep: &Sweep, arena: &Arena) -> Vec<Setting> {
     let base = arena.base;
@@ -95,7 +100,7 @@ pub(super) fn all(sweep: &Sweep, arena: &Arena) -> Vec<Setting> {
     for &target in sweep.adaptive {
         let sampling = Sampling::Adaptive(Adaptive::new(target, base.size));
         let mut adaptive = |technique: Technique, options: Options, what: String| {
-            let name = format!("{}, {what}, adaptive {} %", technique.name(), 100.0 * target);
+            let name = format!("{}, {what}, adaptive {} %", technique.name(), percent(target));
             all.push(Setting::new(name, technique, Options { sampling, ..options }));
         };
         for &side in sweep.maps.iter().chain([&sweep.map]) {

@@ -84,6 +84,7 @@ pub(super) fn run(context: &Context) -> Outcome<Section> {
         Preset::Standard => (512, 1024, 3),
         Preset::Paper => (1024, 1024, 3),
     };
+    let side = context.marched_side(side);
     let mut found = experiment(
         context,
         "wyman-fig1",

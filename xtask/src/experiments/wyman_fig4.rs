@@ -98,6 +98,7 @@ impl Banding {
 
 pub(super) fn run(context: &Context) -> Outcome<Section> {
     let plan = plan(context.preset);
+    let plan = Plan { side: context.marched_side(plan.side), ..plan };
     let mut found =
         experiment(context, "wyman-fig4", "Where the steps of a march lie", "Wyman & Ramsey 2008, Figure 4");
     found.adapter = gpu_or_cpu(context);

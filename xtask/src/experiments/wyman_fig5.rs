@@ -54,6 +54,7 @@ const EQUAL: [&str; 3] = ["equal samples", "equal cost", "equal quality"];
 
 pub(super) fn run(context: &Context) -> Outcome<Section> {
     let plan = plan(context.preset);
+    let plan = Plan { side: context.marched_side(plan.side), ..plan };
     let mut found = experiment(
         context,
         "wyman-fig5",

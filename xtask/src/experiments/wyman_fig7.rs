@@ -130,6 +130,7 @@ impl Case {
 
 pub(super) fn run(context: &Context) -> Outcome<Section> {
     let plan = plan(context.preset);
+    let plan = Plan { side: context.marched_side(plan.side), ..plan };
     let mut found = experiment(
         context,
         "wyman-fig7",

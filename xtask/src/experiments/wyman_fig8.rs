@@ -44,6 +44,7 @@ fn plan(preset: Preset) -> Plan {
 
 pub(super) fn run(context: &Context) -> Outcome<Section> {
     let plan = plan(context.preset);
+    let plan = Plan { side: context.marched_side(plan.side), ..plan };
     let mut found =
         experiment(context, "wyman-fig8", "The hybrid against ground truth", "Wyman & Ramsey 2008, Figure 8");
     found.adapter = gpu_or_cpu(context);
