@@ -50,6 +50,28 @@ fn targets_are_met_on_a_gpu() {
 }
 
 #[test]
+fn targets_are_met_on_the_cpu() {
+    let desk = Desk::default();
+    let mut chosen = Vec::new();
+    for (scene, target) in [
+        ("procedural:slats", 0.05),
+        ("procedural:sphere --spot-light 0,3,1:0,0.5,0:20:30:80", 0.01),
+        ("procedural:lampshade", 1e-5),
+    ] {
+        let arguments = format!("{scene} --size 48x32 --backend cpu --target-error {target} --against exact");
+        let said = rendered(&desk, &arguments);
+        meets(&said, target);
+        assert_eq!(said["plan"]["backend"], "cpu");
+        chosen.push(said["technique"] == "exact");
+    }
+    // there is something faster than the reference unless no map is fine enough
+    assert_eq!(chosen, [false, false, true]);
+    // who asks for no error gets none
+    let said = rendered(&desk, "procedural:slats --size 48x32 --backend cpu");
+    assert_eq!(said["technique"], "exact");
+}
+
+#[test]
 fn a_picture_is_not_compared_with_what_it_left_out_itself() {
     let Some(desk) = Desk::with_working_gpu() else { return };
     let said = rendered(

@@ -45,6 +45,11 @@ impl Candidate {
         Estimate { found: found.found, upper: found.upper.min(allowed) }
     }
 
+    /// Share of the view rays that are traced: all, where fewer were not measured.
+    pub(crate) fn traced(&self) -> f64 {
+        self.sampled.map_or(1.0, |sampled| sampled.traced)
+    }
+
     /// Whether another is the same but for how fine its map is and how many its rays or steps are.
     pub(crate) fn is_like(&self, other: &Self) -> bool {
         let tessellation = |candidate: &Self| {

@@ -3,7 +3,7 @@
 //! What can be chosen, and what it costs, is known to `gpu_backend::planner`; what error it has on this scene is measured
 //! by a pilot: that of the technique on rays from all over the picture, that of interpolation between few rays on tiles of
 //! it. Candidates are asked in the order of their predicted cost, the first that are safely within the target draw a frame
-//! on the GPU if there is one, and the fastest is taken. Where none is within the target, the exact reference on the CPU is
+//! on the GPU if there is one, and the fastest is taken; on the CPU their times are known by the pilot. Where none is within the target, the exact reference on the CPU is
 //! left.
 
 mod candidates;
@@ -36,6 +36,9 @@ pub(crate) const DEFAULT_TARGET: f64 = 0.01;
 /// Candidates within the target of which a frame is timed at most, and in how many times the cheapest one's predicted time.
 const MOST_TIMED: usize = 5;
 const NEARLY_AS_CHEAP: f64 = 2.0;
+
+/// The same on the CPU, of which less is known beforehand: costs are a software adapter's.
+const ON_THE_CPU: (usize, f64) = (8, 8.0);
 
 /// Maps on which a pilot measures what few rays err by.
 const MOST_SAMPLED: usize = 2;
@@ -200,8 +203,10 @@ pub(crate) fn plan(
     };
     let free = wish.technique.is_none();
     let analytic = setup.medium.is_homogeneous();
-    if free && analytic && device == Device::Cpu && base.froxels.viewers < 2 {
-        let reason = "homogeneous medium: exact shadows and integrals on the CPU, whatever the target";
+    let asked = wish.target_error.is_some() || wish.on_map;
+    if free && analytic && device == Device::Cpu && !asked && base.froxels.viewers < 2 {
+        let reason =
+            "homogeneous medium: exact shadows and integrals on the CPU, where no target is asked for";
         return Ok(exact(reason, 0.0, None));
     }
     if free && base.froxels.viewers > 1 {
@@ -222,12 +227,17 @@ pub(crate) fn plan(
     let finest = |a: &&Candidate, b: &&Candidate| a.usual_error.total_cmp(&b.usual_error);
     let last_resort = all.iter().min_by(finest).cloned();
     // a closed form is one anywhere
-    let on_the_cpu = free && analytic && device == Device::SoftwareGpu && !wish.on_map;
+    let on_the_cpu = free && analytic && device != Device::HardwareGpu && !wish.on_map;
     let most_ms = if on_the_cpu { pilot.exact_ms } else { f64::INFINITY };
     let (within, nearest) = within_target(&mut pilot, all, target_error, device, most_ms)?;
     let mut best = match gpu {
         Some(gpu) if within.len() > 1 => Some(fastest(gpu, &mut pilot, within)),
-        _ => within.into_iter().next().or(nearest),
+        None => within
+            .into_iter()
+            .min_by(|a, b| a.ms.total_cmp(&b.ms))
+            .filter(|best| best.ms < most_ms)
+            .or(nearest),
+        Some(_) => within.into_iter().next().or(nearest),
     };
     if best.is_none() && (!free || !analytic) {
         // the best there is of what was asked for
@@ -256,7 +266,7 @@ pub(crate) fn plan(
             pilot_ms: pilot.ms(),
         }),
         _ => {
-            let reason = "nothing that a GPU does faster is within the target: exact on the CPU";
+            let reason = "nothing faster is within the target: exact on the CPU";
             Ok(exact(reason, pilot.ms(), Some(pilot.exact_ms)))
         }
     }
@@ -272,13 +282,13 @@ struct Judged {
 impl Judged {
     fn of(candidate: Candidate, pilot: &mut Pilot<'_>, device: Device) -> Outcome<Self> {
         let (error, cpu_ms) = pilot.judge(candidate.technique, &candidate.options)?;
-        let ms = if device == Device::Cpu { cpu_ms } else { candidate.predicted_ms };
+        let ms = if device == Device::Cpu { candidate.traced() * cpu_ms } else { candidate.predicted_ms };
         Ok(Self { error: error.with(candidate.interpolated()), ms, candidate })
     }
 }
 
-/// The cheapest candidates that are safely within the target: one of each kind for a GPU, which is asked for their times, and
-/// one for the CPU. Beside them the nearest of those that are not. `most_ms` is what those with an error may take.
+/// The cheapest candidates that are safely within the target, one of each kind: a GPU is asked for their times, the CPU's are
+/// known. Beside them the nearest of those that are not. `most_ms` is what those with an error may take.
 fn within_target(
     pilot: &mut Pilot<'_>,
     all: Vec<Candidate>,
@@ -289,13 +299,14 @@ fn within_target(
     let mut within: Vec<Judged> = Vec::new();
     let mut nearest: Option<Judged> = None;
     let mut trials = Trials::default();
+    let (most, nearly) = if device == Device::Cpu { ON_THE_CPU } else { (MOST_TIMED, NEARLY_AS_CHEAP) };
     for candidate in all {
         if candidate.predicted_ms > most_ms && candidate.usual_error > 0.0 {
             break;
         }
         if let Some(cheapest) = within.first() {
-            let hopeless = candidate.predicted_ms > NEARLY_AS_CHEAP * cheapest.candidate.predicted_ms;
-            if device == Device::Cpu || hopeless || within.len() == MOST_TIMED {
+            let hopeless = candidate.predicted_ms > nearly * cheapest.candidate.predicted_ms;
+            if hopeless || within.len() == most {
                 break;
             }
             // the same with more rays, or on a finer map, takes more time
