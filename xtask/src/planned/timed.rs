@@ -9,7 +9,7 @@ use crate::airlight_gpu::GpuFrame;
 use crate::failure::Outcome;
 
 /// Frames beside the first, in which pipelines are made.
-const FRAMES: u32 = 2;
+const FRAMES: u32 = 3;
 
 /// Time of a frame of the full size, as if its light had moved; units: ms. Fails if the GPU cannot hold it.
 pub(super) fn time(gpu: &GpuContext, pilot: &mut Pilot<'_>, candidate: &Candidate) -> Outcome<f64> {
