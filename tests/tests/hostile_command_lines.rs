@@ -185,9 +185,15 @@ impl Damage {
     }
 }
 
-/// What is wrong with how a command ended, if anything: it draws its picture and leaves nothing else behind, or refuses
-/// in one line and leaves nothing.
-fn wrong(ended: &Ended, before: &[String], after: &[String], output: &str) -> Option<String> {
+/// What is wrong with how a command ended, if anything: it draws its picture and leaves nothing behind but the files that
+/// it names, or refuses in one line and leaves nothing.
+fn wrong(
+    arguments: &[String],
+    ended: &Ended,
+    before: &[String],
+    after: &[String],
+    output: &str,
+) -> Option<String> {
     let lines: Vec<&str> = ended.stderr.lines().collect();
     if ended.stderr.contains("panicked") {
         return Some("a panic".into());
@@ -195,8 +201,8 @@ fn wrong(ended: &Ended, before: &[String], after: &[String], output: &str) -> Op
     match ended.code {
         0 if !after.contains(&output.to_owned()) => Some("no picture".into()),
         0 => {
-            let known = [output, "a.error.png", "a.json"];
-            let strange = after.iter().find(|name| !known.contains(&name.as_str()));
+            let named: Vec<&str> = arguments.iter().filter_map(|word| word.strip_prefix("out/")).collect();
+            let strange = after.iter().find(|name| *name != "a.error.png" && !named.contains(&name.as_str()));
             strange.map(|name| format!("left {name} behind"))
         }
         2 if !matches!(lines[..], [line] if line.starts_with("error: ")) => Some("not one line".into()),
@@ -235,7 +241,7 @@ fn any_command_is_drawn_or_refused() {
         arguments.extend(flags.into_iter().flatten());
         let before = desk.outputs();
         let ended = desk.run_words(&arguments);
-        if let Some(wrong) = wrong(&ended, &before, &desk.outputs(), output) {
+        if let Some(wrong) = wrong(&arguments, &ended, &before, &desk.outputs(), output) {
             return Err(TestCaseError::fail(format!("{arguments:?}: {wrong}: {}", ended.stderr)));
         }
         let mut tally = tally.borrow_mut();
