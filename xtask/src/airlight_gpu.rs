@@ -119,7 +119,8 @@ impl<'a> GpuFrame<'a> {
             None
         };
         let volumes = if casts && hybrid { volumes(gpu, stage)? } else { Vec::new() };
-        let fog = Fog::new(&gpu.device, &FogDescriptor::default()).map_err(Failure::program)?;
+        let descriptor = FogDescriptor { pipelines: Some(&gpu.pipelines), ..FogDescriptor::default() };
+        let fog = Fog::new(&gpu.device, &descriptor).map_err(Failure::program)?;
         let mut frame = Self { gpu, fog, stage, technique, sampling, maps, bvh, volumes, casts };
         frame.prepare()?;
         Ok(frame)

@@ -1,7 +1,7 @@
 //! A device of one's own, without a window.
 
 use crate::capabilities::{optional_features, required_features, required_limits};
-use crate::{Capabilities, ContextError};
+use crate::{Capabilities, ContextError, Pipelines};
 
 /// A headless device with its queue and what is known of its adapter.
 #[derive(Debug)]
@@ -12,6 +12,8 @@ pub struct GpuContext {
     pub queue: wgpu::Queue,
     /// Name, driver, backend and kind of the adapter.
     pub info: wgpu::AdapterInfo,
+    /// Pipelines for every fog on the device.
+    pub pipelines: Pipelines,
 }
 
 /// How much a headless device is made with.
@@ -70,7 +72,8 @@ impl GpuContext {
             .request_device(&descriptor)
             .await
             .map_err(|e| ContextError::NoDevice { adapter: info.name.clone(), reason: e.to_string() })?;
-        Ok(Self { device, queue, info })
+        let pipelines = Pipelines::new(&device);
+        Ok(Self { device, queue, info, pipelines })
     }
 
     /// Which paths the device gets.

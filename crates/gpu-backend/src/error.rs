@@ -50,6 +50,9 @@ pub enum CreateError {
     /// The target's format cannot be blended into.
     #[error("a picture of format {0:?} cannot be blended into on this device")]
     Format(wgpu::TextureFormat),
+    /// What the fog was to share its pipelines with belongs to another device.
+    #[error("the pipelines that were given belong to another device")]
+    OtherDevice,
     /// wgpu's validation, or the driver, refused a pipeline.
     #[error("{pass}: {reason}")]
     Pipeline {

@@ -53,6 +53,7 @@ mod layout;
 mod lightvolume;
 mod map;
 mod pass;
+mod pipelines;
 pub mod planner;
 mod probe;
 mod read_radiance;
@@ -74,6 +75,7 @@ pub use fog::{
 };
 pub use lightvolume::{Criterion, DEFAULT_MOST_LEAVES, LeafCount, LightMesh, Tessellation};
 pub use map::{HostDepth, ShadowMap};
+pub use pipelines::Pipelines;
 pub use probe::{AirlightProbe, Problem, SunProbe, SunProblem};
 pub use stats::{FrameStats, PassTime};
 pub use surfaces::{SurfaceFrame, SurfaceTriangle, SurfaceTriangles, Surfaces, VisibleSurfaces};

@@ -1,6 +1,7 @@
 //! What every compute pass is made of: layout entries, pipelines specialised by constants, encoding.
 
 use crate::checked::created;
+use crate::pipelines::Pipelines;
 use crate::timing::PassTimer;
 use crate::{CreateError, shader};
 
@@ -206,22 +207,27 @@ pub(crate) fn bind<const N: usize>(
 
 /// A compute pipeline of a shader of the library, with its override constants.
 pub(crate) fn compute_pipeline(
-    device: &wgpu::Device,
+    pipelines: &Pipelines,
     pass: &str,
     layouts: &[&wgpu::BindGroupLayout],
     constants: &[(&str, f64)],
 ) -> Result<wgpu::ComputePipeline, CreateError> {
-    pipeline(device, pass, shader::assemble(pass)?, Some(layouts), constants)
+    // a pass has the same layouts wherever it is made, but for groups that a variant leaves out
+    pipelines.compute(format!("{pass} {constants:?} {}", layouts.len()), || {
+        pipeline(pipelines.device(), pass, shader::assemble(pass)?, Some(layouts), constants)
+    })
 }
 
 /// The same of a scattering pass over the pixels of a list.
 pub(crate) fn listed_pipeline(
-    device: &wgpu::Device,
+    pipelines: &Pipelines,
     pass: &str,
     layouts: &[&wgpu::BindGroupLayout],
     constants: &[(&str, f64)],
 ) -> Result<wgpu::ComputePipeline, CreateError> {
-    pipeline(device, pass, shader::assemble_listed(pass)?, Some(layouts), constants)
+    pipelines.compute(format!("listed {pass} {constants:?} {}", layouts.len()), || {
+        pipeline(pipelines.device(), pass, shader::assemble_listed(pass)?, Some(layouts), constants)
+    })
 }
 
 /// A compute pipeline with the bind groups that its shader declares.

@@ -12,8 +12,8 @@ use common::{Stage, gpu, gpus, render, upload};
 use glam::{DVec2, DVec3, Vec3};
 use gpu_backend::{
     AirlightProbe, CompositeTarget, CreateError, DepthDrawer, DrawnDepth, DrawnMap, Fog, FogDescriptor,
-    Frame, GpuBvh, GpuContext, HostDepth, Lamp, Lookup, OcclusionProbe, PrepareError, Problem, ReadError,
-    Sampling, SceneDepth, ShadowMap, ShadowRay, Shadows, Technique, Triangles, View, wgpu,
+    Frame, GpuBvh, GpuContext, HostDepth, Lamp, Lookup, OcclusionProbe, Pipelines, PrepareError, Problem,
+    ReadError, Sampling, SceneDepth, ShadowMap, ShadowRay, Shadows, Technique, Triangles, View, wgpu,
 };
 use scene::{AirlightModel, Camera, Density, Light, Medium, PointLight, WideBvh};
 use shadowmap::{Bias, DepthMap, DepthOrder, MapSurface, Projection, ShadowMapError, VarianceMap};
@@ -302,7 +302,8 @@ fn what_a_technique_cannot_take() {
 fn targets_and_limits() {
     for gpu in &gpus() {
         let uncaptured = counted(&gpu.device);
-        let make = |target| Fog::new(&gpu.device, &FogDescriptor { label: None, target: Some(target) });
+        let make =
+            |target| Fog::new(&gpu.device, &FogDescriptor { target: Some(target), ..Default::default() });
         for format in [
             wgpu::TextureFormat::R32Uint,
             wgpu::TextureFormat::Depth32Float,
@@ -365,7 +366,8 @@ fn memory_that_is_not_there() {
             wgpu::MemoryBudgetThresholds { for_resource_creation: Some(percent), for_device_loss: None };
         let Some((device, queue)) = open(budget, wgpu::Limits::default()) else { return };
         let uncaptured = counted(&device);
-        let gpu = GpuContext { info: device.adapter_info(), device, queue };
+        let pipelines = Pipelines::new(&device);
+        let gpu = GpuContext { info: device.adapter_info(), device, queue, pipelines };
         let side = gpu.device.limits().max_texture_dimension_2d;
         let bounds = scene::Aabb { min: Vec3::NEG_ONE, max: Vec3::ONE };
         let projection = Projection::cube(DVec3::ZERO).unwrap();
@@ -390,6 +392,20 @@ fn memory_that_is_not_there() {
     }
 }
 
+#[test]
+fn pipelines_of_another_device() {
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+    let device = || {
+        let adapter = pollster::block_on(instance.request_adapter(&Default::default())).ok()?;
+        pollster::block_on(adapter.request_device(&Default::default())).ok()
+    };
+    let (Some((one, _)), Some((other, _))) = (device(), device()) else { return };
+    let pipelines = Pipelines::new(&other);
+    let descriptor = FogDescriptor { pipelines: Some(&pipelines), ..Default::default() };
+    assert_eq!(Fog::new(&one, &descriptor).unwrap_err(), CreateError::OtherDevice);
+    assert!(pipelines.count() == 0 && Fog::new(&other, &descriptor).is_ok());
+}
+
 /// Whether an error says that the device is gone.
 fn lost(error: &impl std::fmt::Display) -> bool {
     error.to_string().contains("lost")
@@ -404,7 +420,7 @@ fn a_lost_device() {
         let light = stage.lights()[0].clone();
         let cpu = stage.map(&light, 64, MapSurface::Step).unwrap();
         let target = CompositeTarget::picture(wgpu::TextureFormat::Rgba16Float);
-        let descriptor = FogDescriptor { label: None, target: Some(target) };
+        let descriptor = FogDescriptor { target: Some(target), ..Default::default() };
         let mut fog = Fog::new(device, &descriptor).unwrap();
         let drawer = DepthDrawer::new(device).unwrap();
         let triangles = Triangles::of_scene(device, &stage.scene).unwrap();

@@ -107,7 +107,7 @@ fn a_device_with_what_the_guide_asks_for_has_fog() {
     let (device, _queue) = pollster::block_on(opened(&adapter)).unwrap();
     assert!(Fog::new(&device, &FogDescriptor::default()).is_ok());
     let target = CompositeTarget::picture(wgpu::TextureFormat::Rgba8Uint);
-    let refused = Fog::new(&device, &FogDescriptor { label: None, target: Some(target) });
+    let refused = Fog::new(&device, &FogDescriptor { target: Some(target), ..Default::default() });
     assert!(matches!(refused, Err(CreateError::Format(wgpu::TextureFormat::Rgba8Uint))));
 }
 

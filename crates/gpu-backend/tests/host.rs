@@ -284,7 +284,7 @@ fn surfaces_are_attenuated_and_airlight_is_added() {
     let map = ShadowMap::from_host(&host.device, host_depth, set.projection.clone(), Bias::NONE).unwrap();
     for format in [wgpu::TextureFormat::Rgba16Float, wgpu::TextureFormat::Rgba8Unorm] {
         let target = CompositeTarget { depth_format: Some(DEPTH), ..CompositeTarget::picture(format) };
-        let descriptor = FogDescriptor { label: Some("mist"), target: Some(target) };
+        let descriptor = FogDescriptor { label: Some("mist"), target: Some(target), ..Default::default() };
         let mut fog = Fog::new(&host.device, &descriptor).unwrap();
         for (name, medium, technique) in media(&set.stages[0]) {
             let conventions = [FORWARD, REVERSED];

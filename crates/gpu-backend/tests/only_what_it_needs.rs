@@ -10,8 +10,8 @@ use froxel_grid::{Counts, FroxelView, Froxels, Near, SharedGrid, Slices, Update}
 use glam::Vec3;
 use gpu_backend::{
     AirlightForm, CompositeTarget, Faces, Fog, FogDescriptor, Frame, FrameStats, GpuBvh, GpuContext, Hybrid,
-    Lamp, LightPicture, Lookup, Sampling, SceneDepth, ShadowCasters, ShadowMap, ShadowVolume, Shadows,
-    Technique, Tessellation, View, wgpu,
+    Lamp, LightPicture, Lookup, Pipelines, Sampling, SceneDepth, ShadowCasters, ShadowMap, ShadowVolume,
+    Shadows, Technique, Tessellation, View, wgpu,
 };
 use hybrid_march::Adjacency;
 use scene::{
@@ -125,7 +125,8 @@ fn achromatic_extinction_is_one_channel_until_the_end() {
     let mut stage = Stage::procedural("sphere", (16, 12), 1.0);
     let light = stage.lights().remove(0);
     let target = CompositeTarget::picture(wgpu::TextureFormat::Rgba16Float);
-    let mut fog = Fog::new(&gpu.device, &FogDescriptor { label: None, target: Some(target) }).unwrap();
+    let mut fog =
+        Fog::new(&gpu.device, &FogDescriptor { target: Some(target), ..Default::default() }).unwrap();
     let mut fragments = |sigma_s: [f32; 3], sigma_a: [f32; 3]| {
         stage.medium = Medium::homogeneous(sigma_s, sigma_a).unwrap();
         let lamp = Lamp { light: &light, shadows: None, volume: None };
@@ -136,6 +137,33 @@ fn achromatic_extinction_is_one_channel_until_the_end() {
     assert_eq!(fragments([0.1; 3], [0.02, 0.02, 0.03]), 2 * 16 * 12);
     // what scatters with colour may be attenuated without
     assert_eq!(fragments([0.125, 0.25, 0.125], [0.25, 0.125, 0.25]), 16 * 12);
+}
+
+#[test]
+fn a_second_fog_compiles_nothing_anew() {
+    let Some(gpu) = gpu() else { return };
+    let stage = Stage::procedural("sphere", (16, 12), 1.0);
+    let light = stage.lights().remove(0);
+    let map = upload(&gpu, &stage.map(&light, 32, MapSurface::Linear).unwrap());
+    let casters = ShadowCasters::upload(&gpu.device, &Adjacency::of_scene(&stage.scene).unwrap()).unwrap();
+    let volume = ShadowVolume::new(&gpu.device, Arc::new(casters)).unwrap();
+    let shadows = Some(Shadows::Map { map: &map, casters: stage.bvh.bounds() });
+    let lamp = Lamp { light: &light, shadows, volume: Some(&volume) };
+    let light_volume = Technique::LightVolume { tessellation: Tessellation::default(), kept: None };
+    let pipelines = Pipelines::new(&gpu.device);
+    let target = Some(CompositeTarget::picture(wgpu::TextureFormat::Rgba16Float));
+    let descriptor = FogDescriptor { target, pipelines: Some(&pipelines), ..Default::default() };
+    let drawn = |techniques: &[Technique]| {
+        let mut fog = Fog::new(&gpu.device, &descriptor).unwrap();
+        for technique in techniques {
+            stats(&gpu, &mut fog, &stage, lamp, *technique);
+        }
+        pipelines.count()
+    };
+    let few = drawn(&[EXACT, MARCH]);
+    let all = drawn(&[EXACT, MARCH, Technique::Hybrid(Hybrid::default()), light_volume]);
+    assert!(few < all, "{few} {all}");
+    assert_eq!(drawn(&[light_volume, Technique::Hybrid(Hybrid::default()), MARCH, EXACT]), all);
 }
 
 #[test]

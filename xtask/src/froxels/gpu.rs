@@ -32,7 +32,8 @@ pub(crate) fn hierarchy(gpu: &GpuContext, scene: &Scene) -> Outcome<GpuBvh> {
 
 impl<'g> GpuFroxels<'g> {
     pub(super) fn new(gpu: &'g GpuContext, froxels: Froxels) -> Outcome<Self> {
-        let fog = Fog::new(&gpu.device, &FogDescriptor::default()).map_err(Failure::program)?;
+        let descriptor = FogDescriptor { pipelines: Some(&gpu.pipelines), ..FogDescriptor::default() };
+        let fog = Fog::new(&gpu.device, &descriptor).map_err(Failure::program)?;
         Ok(Self { gpu, fog, froxels })
     }
 

@@ -37,7 +37,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     // 1. once: say what the fog will be drawn into
     let target = CompositeTarget { depth_format: Some(DEPTH), ..CompositeTarget::picture(COLOR) };
-    let mut fog = Fog::new(device, &FogDescriptor { label: None, target: Some(target) })?;
+    let mut fog = Fog::new(device, &FogDescriptor { target: Some(target), ..Default::default() })?;
     // ... and which of the renderer's textures is the light's map; if something moves, call `map.touch()` every frame
     let host = HostDepth { texture: &light_depth, order: ORDER, near: NEAR, far: FAR };
     let map = ShadowMap::from_host(device, host, projection, Bias::NONE)?;

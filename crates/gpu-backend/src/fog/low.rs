@@ -7,6 +7,7 @@ use super::targets::Targets;
 use crate::CreateError;
 use crate::checked::filled_buffer;
 use crate::pass::{ComputePass, Dispatch, compute_pipeline, storage_texture, texture, uniform};
+use crate::pipelines::Pipelines;
 
 /// Most pixels along the side of a block, as in `hybrid_march::LowResolution`.
 pub(crate) const MOST_SCALE: u32 = 64;
@@ -29,13 +30,14 @@ pub(crate) struct LowPasses {
 }
 
 impl LowPasses {
-    pub(super) fn new(device: &wgpu::Device) -> Result<Self, CreateError> {
+    pub(super) fn new(pipelines: &Pipelines) -> Result<Self, CreateError> {
+        let device = pipelines.device();
         let flat = wgpu::TextureViewDimension::D2;
         let ends = |binding| storage_texture(binding, wgpu::TextureFormat::R32Float, flat);
         let pass = |name: &'static str, entries: &[wgpu::BindGroupLayoutEntry]| {
             let layout = device
                 .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(name), entries });
-            let pipeline = compute_pipeline(device, name, &[&layout], &[])?;
+            let pipeline = compute_pipeline(pipelines, name, &[&layout], &[])?;
             Ok::<_, CreateError>((layout, pipeline))
         };
         let both = [uniform(0), uniform(1), texture(2, flat)];

@@ -41,7 +41,7 @@ use crate::pass::{Step, encode_all};
 use crate::read_radiance::{read_radiance, read_texels};
 use crate::timing::PassTimer;
 use crate::volume::{Key, ShadowVolume, VolumePasses};
-use crate::{CreateError, FrameStats, PassTime, PrepareError, ReadError, ShadowMap};
+use crate::{CreateError, FrameStats, PassTime, Pipelines, PrepareError, ReadError, ShadowMap};
 
 /// How a [`Fog`] is made.
 #[derive(Debug, Clone, Copy, Default)]
@@ -50,6 +50,8 @@ pub struct FogDescriptor<'a> {
     pub label: Option<&'a str>,
     /// What [`Fog::composite`] draws into; `None` if it is not used.
     pub target: Option<CompositeTarget>,
+    /// Where pipelines are taken from and kept, for other fogs of the same device; `None` if there are none.
+    pub pipelines: Option<&'a Pipelines>,
 }
 
 /// Airlight with volumetric shadows on a device that is the host's or one's own.
@@ -59,6 +61,7 @@ pub struct FogDescriptor<'a> {
 pub struct Fog {
     label: String,
     target: Option<CompositeTarget>,
+    pipelines: Pipelines,
     layouts: Layouts,
     stand_ins: StandIns,
     scatter: HashMap<Variant, wgpu::ComputePipeline>,
@@ -144,6 +147,11 @@ impl Fog {
                 return Err(CreateError::Format(target.format));
             }
         }
+        let pipelines = descriptor.pipelines.cloned().unwrap_or_else(|| Pipelines::new(device));
+        // devices of different instances may seem to be the same: it is all that wgpu tells
+        if pipelines.device() != device {
+            return Err(CreateError::OtherDevice);
+        }
         let (layouts, stand_ins) = created(device, "fog", || (Layouts::new(device), StandIns::new(device)))?;
         Ok(Self {
             label: descriptor.label.unwrap_or("fog").to_owned(),
@@ -152,14 +160,15 @@ impl Fog {
             stand_ins,
             scatter: HashMap::new(),
             composite: HashMap::new(),
-            pyramids: PyramidBuilder::new(device)?,
-            converter: HostConverter::new(device)?,
+            pyramids: PyramidBuilder::new(&pipelines)?,
+            converter: HostConverter::new(&pipelines)?,
             volumes: None,
             light_volumes: None,
             low: None,
             sampling: None,
             froxels: None,
-            ray_ends: RayEnds::new(device)?,
+            ray_ends: RayEnds::new(&pipelines)?,
+            pipelines,
             timer: None,
             views: Vec::new(),
             steps: Vec::new(),
@@ -204,7 +213,7 @@ impl Fog {
             return Err(PrepareError::ScatteringScale { got: scale, most: MOST_SCALE });
         }
         if scale > 1 && self.low.is_none() {
-            self.low = Some(LowPasses::new(device)?);
+            self.low = Some(LowPasses::new(&self.pipelines)?);
         }
         if let Sampling::Adaptive(adaptive) = &frame.sampling {
             adaptive.check()?;
@@ -219,23 +228,23 @@ impl Fog {
         let mut work = plan::plan(frame)?;
         lights::check_maps(frame)?;
         if self.volumes.is_none() && work.iter().any(|work| work.faces.is_some()) {
-            self.volumes = Some(VolumePasses::new(device)?);
+            self.volumes = Some(VolumePasses::new(&self.pipelines)?);
         }
-        self.reserve_light_volumes(device, &mut work)?;
+        self.reserve_light_volumes(&mut work)?;
         for work in &work {
             match frame.sampling {
                 Sampling::Adaptive(_) => {
-                    self.scatter_pipeline(device, work.variant.of_list())?;
-                    self.scatter_pipeline(device, work.variant.unlit_list())?;
+                    self.scatter_pipeline(work.variant.of_list())?;
+                    self.scatter_pipeline(work.variant.unlit_list())?;
                 }
-                _ => self.scatter_pipeline(device, work.variant)?,
+                _ => self.scatter_pipeline(work.variant)?,
             }
             if work.table_size > 0 {
-                self.scatter_pipeline(device, work.variant.of_table())?;
+                self.scatter_pipeline(work.variant.of_table())?;
             }
         }
         if frame.sampling.adaptive().is_some() && self.sampling.is_none() {
-            self.sampling = Some(SamplePasses::new(device)?);
+            self.sampling = Some(SamplePasses::new(&self.pipelines)?);
         }
         let grid = self.grid.of(device, queue, frame.medium, &self.stand_ins)?;
         let plain = self.pictures.of(device, queue, frame.lamps)?;

@@ -71,6 +71,7 @@ impl Fog {
         }
         let context = FroxelContext {
             device,
+            pipelines: &self.pipelines,
             frame,
             froxels,
             targets: &targets,
@@ -94,7 +95,8 @@ impl Fog {
         if let (Some(target), Some(view)) = (self.target, views.first()) {
             for (variant, _) in &view.draws {
                 if !self.composite.contains_key(variant) {
-                    let pipeline = composite::pipeline(device, &self.layouts.composite, &target, *variant)?;
+                    let pipeline =
+                        composite::pipeline(&self.pipelines, &self.layouts.composite, &target, *variant)?;
                     self.composite.insert(*variant, pipeline);
                 }
             }
@@ -107,38 +109,30 @@ impl Fog {
     }
 
     /// Makes what the light volumes of a frame are drawn with, and says how their sums come.
-    pub(super) fn reserve_light_volumes(
-        &mut self,
-        device: &wgpu::Device,
-        work: &mut [Work],
-    ) -> Result<(), CreateError> {
+    pub(super) fn reserve_light_volumes(&mut self, work: &mut [Work]) -> Result<(), CreateError> {
         for work in work {
             let Some(tessellation) = work.tessellation else { continue };
             let passes = match &mut self.light_volumes {
                 Some(passes) => passes,
-                slot => slot.insert(LightVolumePasses::new(device)?),
+                slot => slot.insert(LightVolumePasses::new(&self.pipelines)?),
             };
-            passes.reserve(device, work.volume_variant(), tessellation)?;
+            passes.reserve(&self.pipelines, work.volume_variant(), tessellation)?;
             work.variant.fixed = !passes.blends();
             if work.variant.fixed {
-                self.scatter_pipeline(device, work.variant.unshadowed())?;
+                self.scatter_pipeline(work.variant.unshadowed())?;
             }
         }
         Ok(())
     }
 
-    pub(super) fn scatter_pipeline(
-        &mut self,
-        device: &wgpu::Device,
-        variant: Variant,
-    ) -> Result<(), CreateError> {
+    pub(super) fn scatter_pipeline(&mut self, variant: Variant) -> Result<(), CreateError> {
         if !self.scatter.contains_key(&variant) {
             let view = if variant.listed { &self.layouts.listed } else { &self.layouts.view };
             let mut layouts = vec![view, &self.layouts.light];
             layouts.extend(variant.rays.then_some(&self.layouts.bvh));
             layouts.extend((variant.shader == Shader::LightVolume).then_some(&self.layouts.crossings));
             let made = if variant.listed { listed_pipeline } else { compute_pipeline };
-            let pipeline = made(device, variant.file(), &layouts, &variant.constants())?;
+            let pipeline = made(&self.pipelines, variant.file(), &layouts, &variant.constants())?;
             self.scatter.insert(variant, pipeline);
         }
         Ok(())

@@ -7,6 +7,7 @@ use crate::CreateError;
 use crate::checked::filled_buffer;
 use crate::map::height_of_device;
 use crate::pass::{ComputePass, Dispatch, compute_pipeline, depth_texture, storage_texture, uniform};
+use crate::pipelines::Pipelines;
 
 const PASS: &str = "frame/ray_ends";
 
@@ -28,7 +29,8 @@ pub(super) struct RayEnds {
 }
 
 impl RayEnds {
-    pub(super) fn new(device: &wgpu::Device) -> Result<Self, CreateError> {
+    pub(super) fn new(pipelines: &Pipelines) -> Result<Self, CreateError> {
+        let device = pipelines.device();
         let flat = wgpu::TextureViewDimension::D2;
         let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: Some(PASS),
@@ -39,7 +41,7 @@ impl RayEnds {
                 uniform(3),
             ],
         });
-        let pipeline = compute_pipeline(device, PASS, &[&layout], &[])?;
+        let pipeline = compute_pipeline(pipelines, PASS, &[&layout], &[])?;
         Ok(Self { layout, pipeline })
     }
 

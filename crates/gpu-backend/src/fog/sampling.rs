@@ -8,6 +8,7 @@ use hybrid_march::{Adaptive, AdaptiveLevel};
 
 use crate::checked::{check_size, filled_buffer, prepared};
 use crate::pass::{ComputePass, Dispatch, Step, bind, compute_pipeline, storage_written, texture, uniform};
+use crate::pipelines::Pipelines;
 use crate::{CreateError, PrepareError};
 
 /// `Level` of the shaders.
@@ -147,7 +148,8 @@ pub(crate) struct SamplePasses {
 }
 
 impl SamplePasses {
-    pub(super) fn new(device: &wgpu::Device) -> Result<Self, CreateError> {
+    pub(super) fn new(pipelines: &Pipelines) -> Result<Self, CreateError> {
+        let device = pipelines.device();
         let flat = wgpu::TextureViewDimension::D2;
         let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: Some("adaptive sampling"),
@@ -162,7 +164,7 @@ impl SamplePasses {
                 storage_written(7),
             ],
         });
-        let pipeline = |name: &str| compute_pipeline(device, &format!("sample/{name}"), &[&layout], &[]);
+        let pipeline = |name: &str| compute_pipeline(pipelines, &format!("sample/{name}"), &[&layout], &[]);
         Ok(Self {
             lattice: pipeline("lattice")?,
             close: pipeline("close")?,

@@ -14,11 +14,13 @@ use super::{FroxelState, Known};
 use crate::checked::{check_size, filled_buffer, prepared};
 use crate::fog::{Frame, Sampling, Shadows};
 use crate::pass::{Step, bind};
+use crate::pipelines::Pipelines;
 use crate::{FrameStats, GpuBvh, PrepareError};
 
 /// What a frame of froxels is made from.
 pub(crate) struct FroxelContext<'a> {
     pub(crate) device: &'a wgpu::Device,
+    pub(crate) pipelines: &'a Pipelines,
     pub(crate) frame: &'a Frame<'a>,
     pub(crate) froxels: &'a Froxels,
     pub(crate) targets: &'a [FroxelTarget],

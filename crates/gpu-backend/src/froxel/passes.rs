@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use crate::CreateError;
 use crate::checked::created;
 use crate::pass::{compute_pipeline, storage, storage_texture, storage_written, texture, uniform};
+use crate::pipelines::Pipelines;
 
 /// A pass with what it is specialised by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -190,7 +191,7 @@ impl Passes {
     /// The pipeline of a pass, made where no frame has needed it before.
     pub(super) fn of(
         &mut self,
-        device: &wgpu::Device,
+        pipelines: &Pipelines,
         pass: Pass,
     ) -> Result<wgpu::ComputePipeline, CreateError> {
         if let Some(pipeline) = self.pipelines.get(&pass) {
@@ -207,7 +208,7 @@ impl Passes {
             Pass::Accumulate { .. } => vec![frame, grid, accumulate],
             Pass::Apply => vec![frame, grid, apply],
         };
-        let pipeline = compute_pipeline(device, pass.file(), &layouts, &pass.constants())?;
+        let pipeline = compute_pipeline(pipelines, pass.file(), &layouts, &pass.constants())?;
         self.pipelines.insert(pass, pipeline.clone());
         Ok(pipeline)
     }

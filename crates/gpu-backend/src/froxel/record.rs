@@ -29,7 +29,7 @@ impl FroxelState {
         steps: &mut Vec<Step>,
     ) -> Result<(), PrepareError> {
         let device = context.device;
-        let pipeline = self.passes.of(device, Pass::TileEnds)?;
+        let pipeline = self.passes.of(context.pipelines, Pass::TileEnds)?;
         for (index, (view, target)) in views.iter().zip(context.targets).enumerate() {
             let which = self.which(context, index)?;
             let entries = [which.as_entire_binding(), wgpu::BindingResource::TextureView(&target.ray_ends)];
@@ -45,7 +45,7 @@ impl FroxelState {
         let [columns, rows] = largest(views.iter().map(|view| view.tiles));
         steps.push(Step::Compute(ComputePass {
             label: "froxels: reach".into(),
-            pipeline: self.passes.of(device, Pass::Reach)?,
+            pipeline: self.passes.of(context.pipelines, Pass::Reach)?,
             groups: vec![groups.frame.clone()],
             dispatch: Dispatch::Groups([columns.div_ceil(8), rows.div_ceil(8), views.len() as u32]),
         }));
@@ -63,7 +63,7 @@ impl FroxelState {
         steps: &mut Vec<Step>,
     ) -> Result<(), PrepareError> {
         let Some(bvh) = &groups.bvh else { return Ok(()) };
-        let (device, froxels) = (context.device, context.froxels);
+        let froxels = context.froxels;
         let count = views.len() as u32;
         let [columns, rows] = largest(views.iter().map(|view| view.tiles));
         if uniform.near_slices > 0 {
@@ -72,7 +72,7 @@ impl FroxelState {
             let words = (uniform.near_slices * kinds.masks.bits).div_ceil(32);
             steps.push(Step::Compute(ComputePass {
                 label: "froxels: near shadows".into(),
-                pipeline: self.passes.of(device, Pass::Near(kinds.masks))?,
+                pipeline: self.passes.of(context.pipelines, Pass::Near(kinds.masks))?,
                 groups: vec![groups.frame.clone(), groups.grid.clone(), bvh.clone()],
                 dispatch: Dispatch::Groups([x, y, count * words.div_ceil(4)]),
             }));
@@ -87,7 +87,7 @@ impl FroxelState {
             let layers = (uniform.slices - uniform.near_slices).div_ceil(4 * SLICES_A_THREAD);
             steps.push(Step::Compute(ComputePass {
                 label: "froxels: marks".into(),
-                pipeline: self.passes.of(device, Pass::Mark(kinds.masks, kinds.voxels))?,
+                pipeline: self.passes.of(context.pipelines, Pass::Mark(kinds.masks, kinds.voxels))?,
                 groups: vec![groups.frame.clone(), groups.grid.clone()],
                 dispatch: Dispatch::Groups([columns.div_ceil(4), rows.div_ceil(4), count * layers]),
             }));
@@ -101,7 +101,7 @@ impl FroxelState {
         let pass = Pass::Grid { masks: kinds.masks, bricks: kinds.voxels.bricks, marked };
         steps.push(Step::Compute(ComputePass {
             label: "froxels: grid shadows".into(),
-            pipeline: self.passes.of(device, pass)?,
+            pipeline: self.passes.of(context.pipelines, pass)?,
             groups: vec![groups.frame.clone(), groups.grid.clone(), bvh.clone()],
             dispatch: Dispatch::Groups([across, rows, 1]),
         }));
@@ -122,8 +122,10 @@ impl FroxelState {
         let sigma_t = context.frame.medium.coefficients.sigma_t();
         let achromatic = sigma_t[0] == sigma_t[1] && sigma_t[1] == sigma_t[2];
         let most = froxels.temporal.map_or(1, |temporal| temporal.frames);
-        let [accumulate, apply] =
-            [self.passes.of(device, Pass::Accumulate { achromatic })?, self.passes.of(device, Pass::Apply)?];
+        let [accumulate, apply] = [
+            self.passes.of(context.pipelines, Pass::Accumulate { achromatic })?,
+            self.passes.of(context.pipelines, Pass::Apply)?,
+        ];
         for (index, (view, target)) in views.iter().zip(context.targets).enumerate() {
             let which = self.which(context, index)?;
             let memory = match self.views[index].frames {
@@ -140,7 +142,7 @@ impl FroxelState {
                 memory,
                 achromatic,
             };
-            let lighting = self.passes.of(device, lighting)?;
+            let lighting = self.passes.of(context.pipelines, lighting)?;
             let volumes = &mut self.views[index];
             let next = if froxels.temporal.is_some() { 1 - volumes.current } else { volumes.current };
             let view_of =

@@ -14,6 +14,7 @@ use crate::pass::{
     Call, ComputePass, Dispatch, Draw, DrawPass, DrawTarget, Step, bind, compute_pipeline, drawn, storage,
     storage_texture, storage_written, texture, uniform,
 };
+use crate::pipelines::Pipelines;
 use crate::{CreateError, PrepareError, ShadowMap, shader};
 
 /// What is drawn into where float32 blends.
@@ -102,7 +103,8 @@ pub(crate) struct LightVolumePasses {
 }
 
 impl LightVolumePasses {
-    pub(crate) fn new(device: &wgpu::Device) -> Result<Self, CreateError> {
+    pub(crate) fn new(pipelines: &Pipelines) -> Result<Self, CreateError> {
+        let device = pipelines.device();
         let (flat, array) = (wgpu::TextureViewDimension::D2, wgpu::TextureViewDimension::D2Array);
         let entries = [
             uniform(0),
@@ -123,7 +125,7 @@ impl LightVolumePasses {
         };
         let pass = |name: &'static str, entries: &[wgpu::BindGroupLayoutEntry]| {
             let layout = layout(name, entries);
-            let pipeline = compute_pipeline(device, name, &[&layout], &[])?;
+            let pipeline = compute_pipeline(pipelines, name, &[&layout], &[])?;
             Ok::<_, CreateError>((layout, pipeline))
         };
         let gate = pass("lightvolume/gate", &[storage(0), storage(1), storage_written(2), uniform(3)])?;
@@ -134,7 +136,7 @@ impl LightVolumePasses {
             })
         })?;
         Ok(Self {
-            tessellation: TessellationPasses::new(device)?,
+            tessellation: TessellationPasses::new(pipelines)?,
             blends: device.features().contains(wgpu::Features::FLOAT32_BLENDABLE),
             layout: layout("light volume", &entries),
             pipelines: HashMap::new(),
@@ -153,7 +155,7 @@ impl LightVolumePasses {
     /// Makes the pipelines of a light's draws.
     pub(crate) fn reserve(
         &mut self,
-        device: &wgpu::Device,
+        pipelines: &Pipelines,
         variant: VolumeVariant,
         tessellation: Tessellation,
     ) -> Result<(), CreateError> {
@@ -173,7 +175,7 @@ impl LightVolumePasses {
         // without any crossings that are kept the sums are drawn as the notes would be
         for (part, sums) in [(notes, false), (notes, true), (sums, true)].into_iter().chain(of_both) {
             if !self.pipelines.contains_key(&(part, variant, sums)) {
-                let pipeline = self.pipeline(device, part, variant, sums)?;
+                let pipeline = self.pipeline(pipelines, part, variant, sums)?;
                 self.pipelines.insert((part, variant, sums), pipeline);
             }
         }
@@ -394,7 +396,7 @@ impl LightVolumePasses {
 
     fn pipeline(
         &self,
-        device: &wgpu::Device,
+        pipelines: &Pipelines,
         part: Part,
         variant: VolumeVariant,
         sums: bool,
@@ -423,39 +425,44 @@ impl LightVolumePasses {
         } else {
             wgpu::ColorTargetState { format: UNUSED, blend: None, write_mask: wgpu::ColorWrites::empty() }
         };
-        created(device, part.file(), || {
-            let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-                label: Some(part.file()),
-                source: wgpu::ShaderSource::Wgsl(source.into()),
-            });
-            let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-                label: Some(part.file()),
-                bind_group_layouts: &[Some(&self.layout)],
-                ..Default::default()
-            });
-            let options = |constants| wgpu::PipelineCompilationOptions { constants, ..Default::default() };
-            device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-                label: Some(part.file()),
-                layout: Some(&layout),
-                vertex: wgpu::VertexState {
-                    module: &module,
-                    entry_point: Some("vs_main"),
-                    compilation_options: options(&vertex_constants),
-                    buffers: &[],
-                },
-                primitive: wgpu::PrimitiveState::default(),
-                depth_stencil: None,
-                multisample: wgpu::MultisampleState::default(),
-                fragment: Some(wgpu::FragmentState {
-                    module: &module,
-                    entry_point: Some("fs_main"),
-                    compilation_options: options(&constants),
-                    targets: &[Some(target)],
-                }),
-                multiview_mask: None,
-                cache: None,
+        let device = pipelines.device();
+        let make = || {
+            created(device, part.file(), || {
+                let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+                    label: Some(part.file()),
+                    source: wgpu::ShaderSource::Wgsl(source.into()),
+                });
+                let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                    label: Some(part.file()),
+                    bind_group_layouts: &[Some(&self.layout)],
+                    ..Default::default()
+                });
+                let options =
+                    |constants| wgpu::PipelineCompilationOptions { constants, ..Default::default() };
+                device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+                    label: Some(part.file()),
+                    layout: Some(&layout),
+                    vertex: wgpu::VertexState {
+                        module: &module,
+                        entry_point: Some("vs_main"),
+                        compilation_options: options(&vertex_constants),
+                        buffers: &[],
+                    },
+                    primitive: wgpu::PrimitiveState::default(),
+                    depth_stencil: None,
+                    multisample: wgpu::MultisampleState::default(),
+                    fragment: Some(wgpu::FragmentState {
+                        module: &module,
+                        entry_point: Some("fs_main"),
+                        compilation_options: options(&constants),
+                        targets: &[Some(target)],
+                    }),
+                    multiview_mask: None,
+                    cache: None,
+                })
             })
-        })
+        };
+        pipelines.drawing(format!("{} {constants:?}", part.file()), make)
     }
 }
 

@@ -11,6 +11,7 @@ use crate::checked::{check_size, filled_buffer, prepared, read_buffer};
 use crate::pass::{
     ComputePass, Dispatch, Step, compute_pipeline, storage, storage_written, texture, uniform,
 };
+use crate::pipelines::Pipelines;
 use crate::{CreateError, PrepareError, ReadError, ShadowMap};
 
 /// Cells along the side of what a workgroup judges.
@@ -252,11 +253,12 @@ pub(crate) struct TessellationPasses {
 }
 
 impl TessellationPasses {
-    pub(crate) fn new(device: &wgpu::Device) -> Result<Self, CreateError> {
+    pub(crate) fn new(pipelines: &Pipelines) -> Result<Self, CreateError> {
+        let device = pipelines.device();
         let pass = |name: &'static str, entries: &[wgpu::BindGroupLayoutEntry], constants: &[(&str, f64)]| {
             let layout = device
                 .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(name), entries });
-            let pipeline = compute_pipeline(device, name, &[&layout], constants)?;
+            let pipeline = compute_pipeline(pipelines, name, &[&layout], constants)?;
             Ok::<_, CreateError>((layout, pipeline))
         };
         let map = texture(1, wgpu::TextureViewDimension::D2Array);

@@ -8,6 +8,7 @@ use shadowmap::{Bias, DepthEncoding, DepthOrder, Projection, ProjectionKind};
 use super::{NOTHING, ShadowMap};
 use crate::checked::filled_buffer;
 use crate::pass::{ComputePass, Dispatch, compute_pipeline, depth_texture, storage_texture, uniform};
+use crate::pipelines::Pipelines;
 use crate::{CreateError, PrepareError};
 
 const PASS: &str = "map/heights";
@@ -161,7 +162,8 @@ pub(crate) struct HostConverter {
 }
 
 impl HostConverter {
-    pub(crate) fn new(device: &wgpu::Device) -> Result<Self, CreateError> {
+    pub(crate) fn new(pipelines: &Pipelines) -> Result<Self, CreateError> {
+        let device = pipelines.device();
         let array = wgpu::TextureViewDimension::D2Array;
         let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: Some(PASS),
@@ -171,7 +173,7 @@ impl HostConverter {
                 uniform(2),
             ],
         });
-        let pipeline = compute_pipeline(device, PASS, &[&layout], &[])?;
+        let pipeline = compute_pipeline(pipelines, PASS, &[&layout], &[])?;
         Ok(Self { layout, pipeline })
     }
 

@@ -12,6 +12,7 @@ use super::ShadowMap;
 use crate::CreateError;
 use crate::checked::{created, filled_buffer};
 use crate::pass::{ComputePass, Dispatch, compute_pipeline, storage_texture, texture, uniform};
+use crate::pipelines::Pipelines;
 
 const PASS: &str = "map/pyramid";
 
@@ -114,7 +115,8 @@ pub(crate) struct PyramidBuilder {
 }
 
 impl PyramidBuilder {
-    pub(crate) fn new(device: &wgpu::Device) -> Result<Self, CreateError> {
+    pub(crate) fn new(pipelines: &Pipelines) -> Result<Self, CreateError> {
+        let device = pipelines.device();
         let array = wgpu::TextureViewDimension::D2Array;
         let output = |binding| storage_texture(binding, wgpu::TextureFormat::Rg32Float, array);
         let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
@@ -122,7 +124,7 @@ impl PyramidBuilder {
             entries: &[texture(0, array), output(1), output(2), output(3), output(4), uniform(5)],
         });
         let pipeline = |linear: f64, coarse: f64| {
-            compute_pipeline(device, PASS, &[&layout], &[("LINEAR", linear), ("COARSE", coarse)])
+            compute_pipeline(pipelines, PASS, &[&layout], &[("LINEAR", linear), ("COARSE", coarse)])
         };
         let pipelines = [pipeline(0.0, 0.0)?, pipeline(1.0, 0.0)?, pipeline(0.0, 1.0)?];
         let spare = || {

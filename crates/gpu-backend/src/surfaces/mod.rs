@@ -19,6 +19,7 @@ use crate::fog::lights::{Pictures, light_group, rays_group};
 use crate::fog::targets::{Targets, check_view, ends};
 use crate::layout::{Basis, ImagePlane, LightUniform, ViewUniform};
 use crate::pass::{ComputePass, Dispatch, compute_pipeline, storage};
+use crate::pipelines::Pipelines;
 use crate::read_radiance::read_radiance;
 use crate::timing::PassTimer;
 use crate::write_texture::write_texture;
@@ -231,7 +232,7 @@ impl Surfaces {
         if !self.pipelines.contains_key(&variant) {
             let Layouts { view, light, bvh, .. } = &self.layouts;
             let layouts = [view, light, bvh, &self.surface_layout];
-            let pipeline = compute_pipeline(device, PASS, &layouts, &variant.constants())?;
+            let pipeline = compute_pipeline(&Pipelines::new(device), PASS, &layouts, &variant.constants())?;
             self.pipelines.insert(variant, pipeline);
         }
         Ok(())

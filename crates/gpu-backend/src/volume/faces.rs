@@ -11,6 +11,7 @@ use crate::pass::{
     Call, ComputePass, Dispatch, Draw, DrawPass, DrawTarget, Step, bind, compute_pipeline, depth_texture,
     drawn, storage, storage_texture, storage_written, uniform,
 };
+use crate::pipelines::Pipelines;
 use crate::{CreateError, PrepareError, shader};
 
 /// Share of the casters' diagonal that faces nearer to the eye are not told apart in.
@@ -55,14 +56,15 @@ enum Drawn {
 }
 
 impl FacePasses {
-    pub(super) fn new(device: &wgpu::Device) -> Result<Self, CreateError> {
+    pub(super) fn new(pipelines: &Pipelines) -> Result<Self, CreateError> {
+        let device = pipelines.device();
         let flat = wgpu::TextureViewDimension::D2;
         let layout = |label, entries: &[wgpu::BindGroupLayoutEntry]| {
             device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries })
         };
         let pass = |name: &'static str, entries: &[wgpu::BindGroupLayoutEntry]| {
             let layout = layout(name, entries);
-            let pipeline = compute_pipeline(device, name, &[&layout], &[])?;
+            let pipeline = compute_pipeline(pipelines, name, &[&layout], &[])?;
             Ok::<_, CreateError>((layout, pipeline))
         };
         let tiles =
@@ -70,9 +72,10 @@ impl FacePasses {
         let resolve = pass("volume/resolve", &[storage(0), storage_texture(1, FORMAT, flat)])?;
         let draw_layout = layout("volume/faces", &[drawn(uniform(0)), drawn(storage(1)), drawn(storage(3))]);
         let how = if device.features().contains(wgpu::Features::FLOAT32_BLENDABLE) {
-            Drawn::Blended(draw_pipeline(device, &draw_layout, "volume/faces", None)?)
+            Drawn::Blended(draw_pipeline(pipelines, &draw_layout, "volume/faces", None)?)
         } else {
-            let tested = |compare| draw_pipeline(device, &draw_layout, "volume/face_depths", Some(compare));
+            let tested =
+                |compare| draw_pipeline(pipelines, &draw_layout, "volume/face_depths", Some(compare));
             Drawn::Tested {
                 front: tested(wgpu::CompareFunction::Greater)?,
                 back: tested(wgpu::CompareFunction::Less)?,
@@ -242,7 +245,7 @@ fn image(device: &wgpu::Device, label: &str, format: wgpu::TextureFormat, size: 
 
 /// The draw of all faces: into a texture by greatest values, or with a depth test.
 fn draw_pipeline(
-    device: &wgpu::Device,
+    pipelines: &Pipelines,
     layout: &wgpu::BindGroupLayout,
     pass: &'static str,
     compare: Option<wgpu::CompareFunction>,
@@ -259,42 +262,46 @@ fn draw_pipeline(
         write_mask: wgpu::ColorWrites::ALL,
     };
     let targets = if compare.is_none() { vec![Some(color)] } else { Vec::new() };
-    created(device, pass, || {
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some(pass),
-            source: wgpu::ShaderSource::Wgsl(source.into()),
-        });
-        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some(pass),
-            bind_group_layouts: &[Some(layout)],
-            ..Default::default()
-        });
-        device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some(pass),
-            layout: Some(&layout),
-            vertex: wgpu::VertexState {
-                module: &module,
-                entry_point: Some("vs_main"),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
-                buffers: &[],
-            },
-            primitive: wgpu::PrimitiveState::default(),
-            depth_stencil: compare.map(|compare| wgpu::DepthStencilState {
-                format: DEPTH,
-                depth_write_enabled: Some(true),
-                depth_compare: Some(compare),
-                stencil: wgpu::StencilState::default(),
-                bias: wgpu::DepthBiasState::default(),
-            }),
-            multisample: wgpu::MultisampleState::default(),
-            fragment: Some(wgpu::FragmentState {
-                module: &module,
-                entry_point: Some("fs_main"),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
-                targets: &targets,
-            }),
-            multiview_mask: None,
-            cache: None,
+    let device = pipelines.device();
+    let make = || {
+        created(device, pass, || {
+            let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+                label: Some(pass),
+                source: wgpu::ShaderSource::Wgsl(source.into()),
+            });
+            let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: Some(pass),
+                bind_group_layouts: &[Some(layout)],
+                ..Default::default()
+            });
+            device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+                label: Some(pass),
+                layout: Some(&layout),
+                vertex: wgpu::VertexState {
+                    module: &module,
+                    entry_point: Some("vs_main"),
+                    compilation_options: wgpu::PipelineCompilationOptions::default(),
+                    buffers: &[],
+                },
+                primitive: wgpu::PrimitiveState::default(),
+                depth_stencil: compare.map(|compare| wgpu::DepthStencilState {
+                    format: DEPTH,
+                    depth_write_enabled: Some(true),
+                    depth_compare: Some(compare),
+                    stencil: wgpu::StencilState::default(),
+                    bias: wgpu::DepthBiasState::default(),
+                }),
+                multisample: wgpu::MultisampleState::default(),
+                fragment: Some(wgpu::FragmentState {
+                    module: &module,
+                    entry_point: Some("fs_main"),
+                    compilation_options: wgpu::PipelineCompilationOptions::default(),
+                    targets: &targets,
+                }),
+                multiview_mask: None,
+                cache: None,
+            })
         })
-    })
+    };
+    pipelines.drawing(format!("{pass} {compare:?}"), make)
 }

@@ -13,6 +13,7 @@ pub use silhouette::ShadowVolume;
 pub(crate) use silhouette::{Key, key_of};
 
 use crate::pass::{ComputePass, Step};
+use crate::pipelines::Pipelines;
 use crate::{CreateError, PrepareError};
 
 /// For how many pixels the frontmost and backmost faces of a shadow volume are found.
@@ -52,8 +53,11 @@ pub(crate) struct VolumePasses {
 }
 
 impl VolumePasses {
-    pub(crate) fn new(device: &wgpu::Device) -> Result<Self, CreateError> {
-        Ok(Self { silhouette: silhouette::SilhouettePass::new(device)?, faces: FacePasses::new(device)? })
+    pub(crate) fn new(pipelines: &Pipelines) -> Result<Self, CreateError> {
+        Ok(Self {
+            silhouette: silhouette::SilhouettePass::new(pipelines)?,
+            faces: FacePasses::new(pipelines)?,
+        })
     }
 
     /// The steps that find the silhouette for a light.

@@ -9,6 +9,7 @@ use super::casters::ShadowCasters;
 use super::{compute, spread};
 use crate::checked::{filled_buffer, prepared};
 use crate::pass::{ComputePass, Dispatch, Step, compute_pipeline, storage, storage_written, uniform};
+use crate::pipelines::Pipelines;
 use crate::{CreateError, PrepareError, ReadError};
 
 const PASS: &str = "volume/silhouette";
@@ -138,12 +139,13 @@ pub(super) struct SilhouettePass {
 }
 
 impl SilhouettePass {
-    pub(super) fn new(device: &wgpu::Device) -> Result<Self, CreateError> {
+    pub(super) fn new(pipelines: &Pipelines) -> Result<Self, CreateError> {
+        let device = pipelines.device();
         let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: Some(PASS),
             entries: &[uniform(0), storage(1), storage(2), storage_written(3), storage_written(4)],
         });
-        let pipeline = compute_pipeline(device, PASS, &[&layout], &[])?;
+        let pipeline = compute_pipeline(pipelines, PASS, &[&layout], &[])?;
         Ok(Self { layout, pipeline })
     }
 

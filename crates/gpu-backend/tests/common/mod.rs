@@ -218,7 +218,7 @@ pub fn render(gpu: &GpuContext, fog: &mut Fog, frame: &Frame<'_>) -> Vec<[f32; 3
 }
 
 pub fn fog(gpu: &GpuContext) -> Fog {
-    Fog::new(&gpu.device, &FogDescriptor::default()).unwrap()
+    Fog::new(&gpu.device, &FogDescriptor { pipelines: Some(&gpu.pipelines), ..Default::default() }).unwrap()
 }
 
 pub fn upload(gpu: &GpuContext, map: &DepthMap) -> ShadowMap {
