@@ -59,7 +59,7 @@ impl Way {
         Self::SharedGridOnCpu,
     ];
 
-    /// Those for which there is time: compiling their shaders takes half a second a case and technique in software.
+    /// Those for which there is time: in software a light volume of all texels takes as long as all others.
     fn of(preset: Preset) -> &'static [Self] {
         match preset {
             Preset::Smoke => &[
@@ -76,7 +76,6 @@ impl Way {
                 Self::PlainHybrid,
                 Self::March,
                 Self::LightVolume,
-                Self::StaticVolume,
                 Self::Froxels,
                 Self::SharedGrid,
             ],

@@ -77,7 +77,7 @@ fn plan(context: &Context) -> Plan {
     };
     // marches of the CPU take some hundred times as long
     if context.gpu.is_some() {
-        plan
+        Plan { side: context.marched_side(plan.side), ..plan }
     } else {
         Plan { side: plan.side.min(96), brute: &[10, 40, BRUTE, 600], hybrid: &[4, 16, HYBRID, 200], ..plan }
     }
