@@ -54,7 +54,7 @@ fn plan(context: &Context) -> Plan {
         Preset::Standard | Preset::Paper => all,
     };
     // marches of the CPU take some hundred times as long
-    if context.gpu.is_some() { plan } else { few }
+    if context.gpu.is_some() { Plan { side: context.marched_side(plan.side), ..plan } } else { few }
 }
 
 /// A scene under a light.

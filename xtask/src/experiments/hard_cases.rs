@@ -126,7 +126,7 @@ pub(super) fn run(context: &Context) -> Outcome<Section> {
     // odd, so that one pixel looks exactly where the camera does
     let (side, map, most) = match context.preset {
         Preset::Smoke => (17, 128, Weight::Always),
-        Preset::Quick => (33, 512, Weight::Usual),
+        Preset::Quick => (33, 256, Weight::Usual),
         Preset::Standard => (65, 1024, Weight::Large),
         Preset::Paper => (129, 1024, Weight::Large),
     };

@@ -68,12 +68,7 @@ fn plan(context: &Context) -> Plan {
         Preset::Smoke => smoke,
         Preset::Quick => Plan {
             side: 256,
-            sweep: Sweep {
-                maps: &[256, 512, 1024],
-                samples: &[8, 32, 128, 512],
-                hybrid: &[4, 16, 64],
-                ..sweep
-            },
+            sweep: Sweep { maps: &[256, 1024], samples: &[8, 32, 128, 512], hybrid: &[16, 64], ..sweep },
             scenes: Some(&["bunny", "sponza"]),
             media: 1,
             ..standard
