@@ -44,6 +44,8 @@ pub(crate) struct Airlight {
     pub(crate) radiance: Vec<DVec3>,
     /// Wall time, with all that the technique prepares for itself (pyramids), without maps and view rays; units: ms.
     pub(crate) ms: f64,
+    /// What of that goes by view rays, where it is known; the rest is prepared, whatever their number. Units: ms.
+    pub(crate) rays_ms: f64,
     /// Steps marched, in all.
     pub(crate) samples: u64,
     /// Times that a march asked for visibility: shadow rays, or lookups.
@@ -79,7 +81,7 @@ impl Stage<'_> {
             // its time is that of the frame, without the hierarchy
             Technique::Froxel | Technique::SharedGrid => return froxels::airlight(self, technique, None),
         };
-        Ok(Airlight { ms: started.elapsed().as_secs_f64() * 1e3, ..found })
+        Ok(Airlight { ms: ms_since(started), ..found })
     }
 
     fn reference(&self) -> Outcome<Reference<'_>> {
@@ -179,8 +181,9 @@ impl Stage<'_> {
 
     /// Closed forms and quadrature over the pieces that the reference's shadows leave.
     fn exact(&self, reference: Reference<'_>, technique: Technique) -> Outcome<Airlight> {
+        let started = Instant::now();
         let radiance = self.picture(technique, |_, _, ray, end| reference.airlight(ray, end))?;
-        Ok(Airlight { radiance, ..Airlight::default() })
+        Ok(Airlight { radiance, rays_ms: ms_since(started), ..Airlight::default() })
     }
 
     /// What a march asks.
@@ -288,10 +291,15 @@ impl Stage<'_> {
             rays.fetch_add(marched.rays, Ordering::Relaxed);
             marched.airlight.as_dvec3()
         };
+        let started = Instant::now();
         let radiance = self.picture(technique, pixel)?;
         let (samples, rays) = (samples.into_inner(), rays.into_inner());
-        Ok(Airlight { radiance, samples, rays, ..Airlight::default() })
+        Ok(Airlight { radiance, samples, rays, rays_ms: ms_since(started), ..Airlight::default() })
     }
+}
+
+fn ms_since(started: Instant) -> f64 {
+    started.elapsed().as_secs_f64() * 1e3
 }
 
 /// The light volume of every light with a map, tessellated as the options say.

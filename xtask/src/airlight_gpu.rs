@@ -335,6 +335,7 @@ pub(crate) fn run(gpu: &GpuContext, stage: &Stage<'_>, technique: Technique) -> 
     Ok(Airlight {
         radiance: radiance.into_iter().map(|pixel| Vec3::from(pixel).as_dvec3()).collect::<Vec<DVec3>>(),
         ms: times.ms,
+        rays_ms: 0.0,
         samples,
         rays: if frame.bvh.is_some() { samples } else { 0 },
         pyramid_bytes: frame.pyramid_bytes() as usize,

@@ -12,7 +12,8 @@ pub struct GpuContext {
     pub queue: wgpu::Queue,
     /// Name, driver, backend and kind of the adapter.
     pub info: wgpu::AdapterInfo,
-    /// Pipelines for every fog on the device.
+    /// Pipelines that fogs of the device share if they are made with them, by
+    /// [`FogDescriptor::pipelines`](crate::FogDescriptor::pipelines).
     pub pipelines: Pipelines,
 }
 

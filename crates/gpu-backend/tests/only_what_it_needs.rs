@@ -150,20 +150,31 @@ fn a_second_fog_compiles_nothing_anew() {
     let shadows = Some(Shadows::Map { map: &map, casters: stage.bvh.bounds() });
     let lamp = Lamp { light: &light, shadows, volume: Some(&volume) };
     let light_volume = Technique::LightVolume { tessellation: Tessellation::default(), kept: None };
-    let pipelines = Pipelines::new(&gpu.device);
+    let hybrid = Technique::Hybrid(Hybrid::default());
     let target = Some(CompositeTarget::picture(wgpu::TextureFormat::Rgba16Float));
-    let descriptor = FogDescriptor { target, pipelines: Some(&pipelines), ..Default::default() };
-    let drawn = |techniques: &[Technique]| {
+    let drawn = |pipelines: &Pipelines, techniques: &[Technique]| -> Vec<Vec<[f32; 3]>> {
+        let descriptor = FogDescriptor { target, pipelines: Some(pipelines), ..Default::default() };
         let mut fog = Fog::new(&gpu.device, &descriptor).unwrap();
-        for technique in techniques {
-            stats(&gpu, &mut fog, &stage, lamp, *technique);
-        }
-        pipelines.count()
+        let ends = stage.ends_f32();
+        let (views, lamps) = ([view(&stage, &ends, f64::INFINITY)], [lamp]);
+        let picture =
+            |technique: &Technique| render(&gpu, &mut fog, &frame(&stage, &views, &lamps, *technique));
+        techniques.iter().map(picture).collect()
     };
-    let few = drawn(&[EXACT, MARCH]);
-    let all = drawn(&[EXACT, MARCH, Technique::Hybrid(Hybrid::default()), light_volume]);
-    assert!(few < all, "{few} {all}");
-    assert_eq!(drawn(&[light_volume, Technique::Hybrid(Hybrid::default()), MARCH, EXACT]), all);
+    let shared = Pipelines::new(&gpu.device);
+    let few = drawn(&shared, &[EXACT, MARCH]);
+    let some = shared.count();
+    let all = drawn(&shared, &[EXACT, MARCH, hybrid, light_volume]);
+    let most = shared.count();
+    assert!(0 < some && some < most && few[..] == all[..2], "{some} {most}");
+    let again = drawn(&shared, &[light_volume, hybrid, MARCH, EXACT]);
+    assert_eq!(shared.count(), most);
+    // and what is shared draws what one's own does
+    let own = [light_volume, hybrid, MARCH, EXACT].map(|technique| {
+        let own = Pipelines::new(&gpu.device);
+        drawn(&own, &[technique]).remove(0)
+    });
+    assert!(again[..] == own[..] && again.iter().rev().eq(&all));
 }
 
 #[test]

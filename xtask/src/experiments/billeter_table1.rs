@@ -51,7 +51,7 @@ fn plan(context: &Context) -> Plan {
         Plan { side: 64, maps: &[128], distance: &[1e-2, 3e-3], laplacian: &[3e-3], scenes: 1, ..few };
     let plan = match context.preset {
         Preset::Smoke => Plan { maps: &[256], ..least },
-        Preset::Quick => Plan { side: 256, maps: &[512], ..few },
+        Preset::Quick => Plan { side: 256, maps: &[1024], ..few },
         Preset::Standard => few,
         Preset::Paper => Plan { side: 1024, ..all },
     };

@@ -167,7 +167,7 @@ pub(super) fn scene_notes(context: &Context) -> Vec<String> {
     if context.preset == Preset::Smoke {
         notes.push("The columned hall stands in for every scene.".into());
     } else if context.setups.has_folder() && context.preset == Preset::Quick {
-        notes.push("The street stands in for San Miguel and Bistro, and the gas station for Battle of the Trash God.".into());
+        notes.push("The street stands in for San Miguel and Bistro, the gas station for Battle of the Trash God, and the paper's figures are not theirs; longer presets have Bistro itself.".into());
     } else if context.setups.has_folder() {
         notes.push("The street stands in for San Miguel, and the gas station for Battle of the Trash God; part of Bistro's exterior is missing.".into());
     } else {

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::measure::Setting;
 use super::{Context, Preset};
+use crate::gpu;
 use crate::maps::{MapOptions, MapSurface, Maps};
 use crate::technique::{HybridOptions, Options, Technique, Tessellation, VisibilitySource};
 
@@ -59,7 +60,7 @@ impl Way {
         Self::SharedGridOnCpu,
     ];
 
-    /// Those for which there is time: in software a light volume of all texels takes as long as all others.
+    /// Those for which there is time.
     fn of(preset: Preset) -> &'static [Self] {
         match preset {
             Preset::Smoke => &[
@@ -76,6 +77,7 @@ impl Way {
                 Self::PlainHybrid,
                 Self::March,
                 Self::LightVolume,
+                Self::StaticVolume,
                 Self::Froxels,
                 Self::SharedGrid,
             ],
@@ -88,7 +90,13 @@ impl Way {
         let of_preset = Self::of(context.preset).iter().copied();
         // the shortest preset has some on the CPU alone
         let alone = context.preset == Preset::Smoke;
-        of_preset.filter(|way| context.gpu.is_some() || alone || !way.on_cpu()).collect()
+        let differ = of_preset.filter(|way| context.gpu.is_some() || alone || !way.on_cpu());
+        differ.filter(|way| *way != Self::StaticVolume || !Self::leaves_out_static(context)).collect()
+    }
+
+    /// Whether there is no time for light volumes of all texels, which in software take as long as everything else.
+    pub(super) fn leaves_out_static(context: &Context) -> bool {
+        context.preset == Preset::Quick && !context.gpu.as_ref().is_some_and(gpu::is_hardware)
     }
 
     pub(super) fn name(self) -> &'static str {

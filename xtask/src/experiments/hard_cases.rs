@@ -442,6 +442,11 @@ fn notes(context: &Context, side: u32, map: u32) -> Vec<String> {
         "On the GPU wherever it takes a case, else on the CPU, which the cell says. Silhouettes and pyramids are made anew in every frame.".into(),
         "Froxels are of one pixel and 128 slices. They end at the farthest corner of the scene, and so do the exact pictures that they are compared with; the shared grid has 200 voxels along the longest side.".into(),
     ];
+    if Way::leaves_out_static(context) {
+        notes.push(
+            "Light volumes of all texels are left to the longer presets, or to a GPU of hardware.".into(),
+        );
+    }
     notes.extend(clock_note(context));
     notes
 }

@@ -114,7 +114,7 @@ pub(super) fn speedup(context: &Context) -> Outcome<Section> {
         ..usual.sweep
     };
     let scenes = match context.preset {
-        Preset::Standard | Preset::Paper if full => Some(SPEEDUP_SCENES),
+        _ if full => Some(SPEEDUP_SCENES),
         // the other one is in the larger table
         Preset::Quick if context.gpu.is_some() => Some(&["sponza"][..]),
         _ => usual.scenes,

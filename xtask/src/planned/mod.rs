@@ -2,9 +2,9 @@
 //!
 //! What can be chosen, and what it costs, is known to `gpu_backend::planner`; what error it has on this scene is measured
 //! by a pilot: that of the technique on rays from all over the picture, that of interpolation between few rays on tiles of
-//! it. Candidates are asked in the order of their predicted cost, the first that are safely within the target draw a frame
-//! on the GPU if there is one, and the fastest is taken; on the CPU their times are known by the pilot. Where none is within the target, the exact reference on the CPU is
-//! left.
+//! it. Candidates are asked in the order of their predicted cost. The first that are safely within the target draw a frame
+//! on the GPU if there is one; on the CPU the pilot has their times already. The fastest is taken. Where none is within the
+//! target, the exact reference on the CPU is left.
 
 mod candidates;
 mod pilot;
@@ -281,8 +281,8 @@ struct Judged {
 
 impl Judged {
     fn of(candidate: Candidate, pilot: &mut Pilot<'_>, device: Device) -> Outcome<Self> {
-        let (error, cpu_ms) = pilot.judge(candidate.technique, &candidate.options)?;
-        let ms = if device == Device::Cpu { candidate.traced() * cpu_ms } else { candidate.predicted_ms };
+        let (error, cpu) = pilot.judge(candidate.technique, &candidate.options)?;
+        let ms = if device == Device::Cpu { cpu.of(candidate.traced()) } else { candidate.predicted_ms };
         Ok(Self { error: error.with(candidate.interpolated()), ms, candidate })
     }
 }

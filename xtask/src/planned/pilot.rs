@@ -31,6 +31,22 @@ const CONVERGED: u32 = 8192;
 /// Standard errors between what is found on few rays and what is taken for the picture's error.
 const MARGIN: f64 = 3.0;
 
+/// What a picture of the large size would take on the CPU; units: ms.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct CpuTime {
+    /// Whatever the number of rays: pyramids, meshes, silhouettes.
+    prepared: f64,
+    /// For a ray through every pixel.
+    rays: f64,
+}
+
+impl CpuTime {
+    /// Where a share of the rays is traced.
+    pub(crate) fn of(self, traced: f64) -> f64 {
+        self.prepared + traced * self.rays
+    }
+}
+
 /// An error as a share of what the shadows change.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Estimate {
@@ -91,7 +107,7 @@ pub(crate) struct Pilot<'a> {
     whole: (u32, u32),
     all_rays: Option<ViewRays>,
     /// What was judged, by technique and options.
-    known: Vec<(String, (Estimate, f64))>,
+    known: Vec<(String, (Estimate, CpuTime))>,
     /// What one exact picture of the large size would take on the CPU; units: ms.
     pub(crate) exact_ms: f64,
     started: Instant,
@@ -147,10 +163,10 @@ impl<'a> Pilot<'a> {
         Ok(pilot)
     }
 
-    /// The error of a setting, and what its picture of the large size would take on the CPU (ms).
+    /// The error of a setting, and what its picture of the large size would take on the CPU.
     ///
     /// Fails where a map cannot be drawn.
-    pub(crate) fn judge(&mut self, technique: Technique, options: &Options) -> Outcome<(Estimate, f64)> {
+    pub(crate) fn judge(&mut self, technique: Technique, options: &Options) -> Outcome<(Estimate, CpuTime)> {
         let sampling = Sampling::Pixels;
         let options = Options { size: self.base.size, sampling, ..options.of(technique) };
         let key = format!("{technique:?} {options:?}");
@@ -163,7 +179,8 @@ impl<'a> Pilot<'a> {
         smaller_tiles.hybrid.tile = ((f64::from(options.hybrid.tile) / shrink).round() as u32).max(1);
         let found = self.run(technique, &smaller_tiles)?;
         let error = estimate(&found.radiance, &self.exact, &self.unshadowed, self.rays_each);
-        let judged = (error, found.ms * self.rays_each);
+        let prepared = (found.ms - found.rays_ms).max(0.0);
+        let judged = (error, CpuTime { prepared, rays: found.rays_ms * self.rays_each });
         self.known.push((key, judged));
         Ok(judged)
     }

@@ -4,7 +4,7 @@
 //! what is not needed is passed over by its length. Vertices are in the scene's place already: the matrix of an object
 //! says only where its axes were.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 use glam::Vec3;
 use scene::{Material, Mesh, Scene};
@@ -115,27 +115,22 @@ impl Object {
                     .ok_or_else(|| format!("face {face} of material {name:?} is not there"))? = material;
             }
         }
-        for material in 0..=white {
-            let faces = self.triangles.iter().zip(&of).filter(|(_, of)| **of == material);
-            let mut kept = HashMap::new();
-            let mut positions = Vec::new();
-            let mut triangles = Vec::new();
-            for (corners, _) in faces {
-                for corner in corners {
-                    if *corner as usize >= self.positions.len() {
-                        return Err(format!("vertex {corner} is not there"));
-                    }
-                }
-                triangles.push(corners.map(|corner| {
-                    *kept.entry(corner).or_insert_with(|| {
-                        positions.push(self.positions[corner as usize]);
-                        positions.len() as u32 - 1
-                    })
-                }));
+        let mut by_material: BTreeMap<usize, Vec<[u32; 3]>> = BTreeMap::new();
+        for (corners, material) in self.triangles.iter().zip(of) {
+            if let Some(corner) = corners.iter().find(|corner| **corner as usize >= self.positions.len()) {
+                return Err(format!("vertex {corner} is not there"));
             }
-            if !triangles.is_empty() {
-                scene.meshes.push(Mesh::new(positions, triangles, material).map_err(|e| e.to_string())?);
+            by_material.entry(material).or_default().push(*corners);
+        }
+        for (material, mut triangles) in by_material {
+            let (mut kept, mut positions) = (HashMap::new(), Vec::new());
+            for corner in triangles.as_flattened_mut() {
+                *corner = *kept.entry(*corner).or_insert_with(|| {
+                    positions.push(self.positions[*corner as usize]);
+                    positions.len() as u32 - 1
+                });
             }
+            scene.meshes.push(Mesh::new(positions, triangles, material).map_err(|e| e.to_string())?);
         }
         Ok(())
     }

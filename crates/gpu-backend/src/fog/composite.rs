@@ -42,7 +42,6 @@ pub(super) fn pipeline(
     target: &CompositeTarget,
     variant: CompositeVariant,
 ) -> Result<wgpu::RenderPipeline, CreateError> {
-    let source = shader::assemble(PASS)?;
     let flag = |value: bool| f64::from(u8::from(value));
     let constants = [
         ("BOUNDED", flag(variant.bounded)),
@@ -66,6 +65,7 @@ pub(super) fn pipeline(
     };
     let device = pipelines.device();
     let make = || {
+        let source = shader::assemble(PASS)?;
         created(device, PASS, || {
             let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
                 label: Some(PASS),

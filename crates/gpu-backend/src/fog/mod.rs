@@ -50,7 +50,8 @@ pub struct FogDescriptor<'a> {
     pub label: Option<&'a str>,
     /// What [`Fog::composite`] draws into; `None` if it is not used.
     pub target: Option<CompositeTarget>,
-    /// Where pipelines are taken from and kept, for other fogs of the same device; `None` if there are none.
+    /// Where pipelines are taken from and kept, for other fogs of the same device; `None` if there are none. Devices of
+    /// different instances of wgpu cannot be told apart: it is the host's to keep those separate.
     pub pipelines: Option<&'a Pipelines>,
 }
 
@@ -137,7 +138,7 @@ impl Fog {
     ///
     /// # Errors
     /// [`CreateError`] if the device was made with less than [`required_limits`](crate::required_limits), the target
-    /// cannot be blended into, or the driver refuses a pipeline.
+    /// cannot be blended into, the pipelines that were given are of another device, or the driver refuses one.
     pub fn new(device: &wgpu::Device, descriptor: &FogDescriptor<'_>) -> Result<Self, CreateError> {
         check_limits(device)?;
         if let Some(target) = &descriptor.target {
@@ -148,7 +149,6 @@ impl Fog {
             }
         }
         let pipelines = descriptor.pipelines.cloned().unwrap_or_else(|| Pipelines::new(device));
-        // devices of different instances may seem to be the same: it is all that wgpu tells
         if pipelines.device() != device {
             return Err(CreateError::OtherDevice);
         }

@@ -401,7 +401,6 @@ impl LightVolumePasses {
         variant: VolumeVariant,
         sums: bool,
     ) -> Result<wgpu::RenderPipeline, CreateError> {
-        let source = shader::assemble(part.file())?;
         let flag = |value: bool| f64::from(u8::from(value));
         let constants = [
             ("LIGHT", f64::from(variant.light)),
@@ -427,6 +426,7 @@ impl LightVolumePasses {
         };
         let device = pipelines.device();
         let make = || {
+            let source = shader::assemble(part.file())?;
             created(device, part.file(), || {
                 let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
                     label: Some(part.file()),

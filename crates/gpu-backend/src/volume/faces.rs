@@ -250,7 +250,6 @@ fn draw_pipeline(
     pass: &'static str,
     compare: Option<wgpu::CompareFunction>,
 ) -> Result<wgpu::RenderPipeline, CreateError> {
-    let source = shader::assemble(pass)?;
     let greatest = wgpu::BlendComponent {
         src_factor: wgpu::BlendFactor::One,
         dst_factor: wgpu::BlendFactor::One,
@@ -264,6 +263,7 @@ fn draw_pipeline(
     let targets = if compare.is_none() { vec![Some(color)] } else { Vec::new() };
     let device = pipelines.device();
     let make = || {
+        let source = shader::assemble(pass)?;
         created(device, pass, || {
             let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
                 label: Some(pass),
