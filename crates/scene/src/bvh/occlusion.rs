@@ -54,8 +54,14 @@ impl Bvh {
     /// Whether a triangle lies between `origin` and `origin + far·direction`; `f32`, for techniques that ask often.
     #[inline]
     pub fn blocked(&self, origin: Vec3, direction: Vec3, far: f32) -> bool {
-        let mut ray = TreeRay::new(origin.into(), direction.into(), 0.0, far);
-        ray.inv_direction = inverse(direction).into();
+        // not by `new`, which asserts that values are finite: a march may ask from where an f32 overflows, and hits nothing
+        let ray = TreeRay {
+            origin: origin.into(),
+            direction: direction.into(),
+            inv_direction: inverse(direction).into(),
+            tmin: 0.0,
+            tmax: far,
+        };
         self.walk(
             |b| b.intersect_ray(&ray) < far,
             |_, triangle| {
@@ -86,6 +92,17 @@ mod tests {
     use super::super::tests::soup;
     use super::*;
     use crate::{DRay, PointLight};
+
+    #[test]
+    fn what_overflows_is_not_hit() {
+        let bvh = Bvh::build(&soup(60, 0.15)).unwrap();
+        let lights = [Light::Point(PointLight::new(Vec3::ONE, Vec3::ONE).unwrap())];
+        let visibility = BvhVisibility::new(&bvh, &lights);
+        // where a march ends up whose distances are no f32
+        for x in [3e38, f32::INFINITY, f32::NEG_INFINITY] {
+            assert_eq!(visibility.visibility(Vec3::new(x, 0.0, 0.0), LightId(0)), 1.0, "{x}");
+        }
+    }
 
     #[test]
     fn agrees_with_double_precision() {
