@@ -5,8 +5,23 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::LazyLock;
 
+use serde_json::Value;
+
 /// The folder for files that a command is to write, beside those that it reads.
 pub const OUT: &str = "out";
+
+/// Part of the name of no adapter.
+pub const NO_ADAPTER: &str = "abacus";
+
+/// What a command printed or wrote.
+pub fn json_of(text: &str) -> Value {
+    serde_json::from_str(text).unwrap_or_else(|e| panic!("{e}: {text}"))
+}
+
+/// Names of an object's fields, none of anything else's.
+pub fn keys(value: &Value) -> Vec<&str> {
+    value.as_object().map(|object| object.keys().map(String::as_str).collect()).unwrap_or_default()
+}
 
 /// Where `xtask` is, once it is built.
 ///

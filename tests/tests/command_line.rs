@@ -3,24 +3,13 @@
 //! Bad input ends with exit code 2 and a single line on stderr that starts with `error:` and names the file or flag.
 #![expect(clippy::panic, reason = "helpers of tests, which clippy does not take for tests")]
 
-use airlight_tests::cli::{Desk, OUT, all_right};
+use airlight_tests::cli::{Desk, NO_ADAPTER, OUT, all_right, json_of, keys};
 use airlight_tests::glb::Glb;
 use airlight_tests::picture::{read_npy, rel_rmse, write_npy};
 use serde_json::{Value, json};
 
 /// A render of a scene that needs nothing else, in a moment.
 const RENDER: &str = "render procedural:triangle --size 8x6 -o out/a.npy";
-
-/// Part of the name of no adapter.
-const NO_ADAPTER: &str = "abacus";
-
-fn json_of(text: &str) -> Value {
-    serde_json::from_str(text).unwrap_or_else(|e| panic!("{e}: {text}"))
-}
-
-fn keys(value: &Value) -> Vec<&str> {
-    value.as_object().map(|object| object.keys().map(String::as_str).collect()).unwrap_or_default()
-}
 
 #[test]
 fn usage() {

@@ -1,7 +1,7 @@
 //! Froxels and the shared grid from the command line: pictures, what is said of them, and what is refused.
 #![expect(clippy::unwrap_used, reason = "helpers of tests, which clippy does not take for tests")]
 
-use airlight_tests::cli::{Desk, all_right};
+use airlight_tests::cli::{Desk, all_right, json_of};
 use airlight_tests::glb::Glb;
 use airlight_tests::picture::read_npy;
 use serde_json::{Value, json};
@@ -11,10 +11,6 @@ const RENDER: &str = "render procedural:hall --size 48x32 --airlight-only";
 
 /// The same with froxels enough to be compared with what is exact.
 const LARGER: &str = "render procedural:hall --size 160x120 --airlight-only";
-
-fn json_of(text: &str) -> Value {
-    serde_json::from_str(text).unwrap()
-}
 
 fn file_json(desk: &Desk, name: &str) -> Value {
     json_of(&std::fs::read_to_string(desk.path(name)).unwrap())

@@ -1,19 +1,7 @@
 //! `repro` on the command line: what it refuses, and the files and fields of its report.
-#![expect(clippy::panic, reason = "helpers of tests, which clippy does not take for tests")]
 
-use airlight_tests::cli::{Desk, all_right};
-use serde_json::{Value, json};
-
-/// Part of the name of no adapter.
-const NO_ADAPTER: &str = "abacus";
-
-fn json_of(text: &str) -> Value {
-    serde_json::from_str(text).unwrap_or_else(|e| panic!("{e}: {text}"))
-}
-
-fn keys(value: &Value) -> Vec<&str> {
-    value.as_object().map(|object| object.keys().map(String::as_str).collect()).unwrap_or_default()
-}
+use airlight_tests::cli::{Desk, NO_ADAPTER, all_right, json_of, keys};
+use serde_json::json;
 
 #[test]
 fn repro_refuses_what_it_does_not_know() {
