@@ -61,7 +61,7 @@ fn intensity_towards(light: FroxelLight, from_light: vec3f) -> vec3f {
         return light.power;
     }
     let cosine = dot(from_light, light.axis) / max(length(from_light), 1e-30);
-    let share = clamp((cosine - light.cos_outer) / max(light.cos_inner - light.cos_outer, 0.001), 0.0, 1.0);
+    let share = clamp((min(cosine, 1.0) - light.cos_outer) / max(light.cos_inner - light.cos_outer, 0.001), 0.0, 1.0);
     var colour = light.power * share * share;
     if TEXTURED && light.picture.x > 0u {
         colour *= picture_colour(light, from_light);

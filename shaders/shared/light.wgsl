@@ -187,7 +187,7 @@ fn shadowed_piece(kind: u32, foot: LightFoot, ray: ViewRay, piece: vec2f) -> vec
 // glTF's falloff towards w, a vector away from the light.
 fn spot_falloff(w: vec3f) -> f32 {
     let cosine = dot(w, light.axis) / max(length(w), 1e-30);
-    let t = (cosine - light.cos_outer) / max(light.cos_inner - light.cos_outer, 0.001);
+    let t = (min(cosine, 1.0) - light.cos_outer) / max(light.cos_inner - light.cos_outer, 0.001);
     let clamped = clamp(t, 0.0, 1.0);
     return clamped * clamped;
 }

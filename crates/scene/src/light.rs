@@ -175,7 +175,8 @@ impl SpotLight {
     /// 0.001), 0, 1)².
     pub fn falloff(&self, cos_angle: f64) -> f64 {
         let (inner, outer) = (f64::from(self.inner).cos(), f64::from(self.outer).cos());
-        ((cos_angle - outer) / (inner - outer).max(0.001)).clamp(0.0, 1.0).powi(2)
+        // rounded above 1 it would be inside a cone of no width; what is no number stays none
+        ((cos_angle.clamp(-1.0, 1.0) - outer) / (inner - outer).max(0.001)).clamp(0.0, 1.0).powi(2)
     }
 
     /// Radiant intensity towards `w`, a direction of any length away from the light; units: W/sr.
@@ -285,6 +286,19 @@ mod tests {
         assert_eq!(linear.sample(0.0, 0.0).x, 0.0);
         assert!(LightTexture::new(2, 2, vec![[1.0; 3]; 3], TextureFilter::Linear).is_err());
         assert!(LightTexture::new(1, 1, vec![[f32::NAN; 3]], TextureFilter::Linear).is_err());
+    }
+
+    #[test]
+    fn a_cone_of_no_width_lights_nothing() {
+        let mut light = SpotLight::new(Vec3::ZERO, Vec3::new(1.0, 3.0, 3.0), 0.0, 0.0, Vec3::ONE).unwrap();
+        let texture = LightTexture::new(2, 2, vec![[1.0; 3]; 4], TextureFilter::Linear).unwrap();
+        light.texture = Some(Arc::new(texture));
+        let axis = light.direction.as_dvec3();
+        for length in 1..2000 {
+            let nearly = f64::from(length) * (axis + 1e-9 * DVec3::splat(f64::from(length % 7)));
+            assert_eq!(light.intensity_towards(nearly), DVec3::ZERO);
+        }
+        assert_eq!(light.falloff(1.0 + 1e-15), 0.0);
     }
 
     #[test]
