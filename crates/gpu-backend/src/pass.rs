@@ -230,6 +230,33 @@ pub(crate) fn listed_pipeline(
     })
 }
 
+/// A render pipeline of a shader of the library with one bind group; `name` tells it from others of the same shader, and
+/// `describe` makes it of the module and the layout.
+pub(crate) fn draw_pipeline(
+    pipelines: &Pipelines,
+    name: String,
+    pass: &str,
+    layout: &wgpu::BindGroupLayout,
+    describe: impl FnOnce(&wgpu::ShaderModule, &wgpu::PipelineLayout) -> wgpu::RenderPipeline,
+) -> Result<wgpu::RenderPipeline, CreateError> {
+    let device = pipelines.device();
+    pipelines.drawing(name, || {
+        let source = shader::assemble(pass)?;
+        created(device, pass, || {
+            let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+                label: Some(pass),
+                source: wgpu::ShaderSource::Wgsl(source.into()),
+            });
+            let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: Some(pass),
+                bind_group_layouts: &[Some(layout)],
+                ..Default::default()
+            });
+            describe(&module, &layout)
+        })
+    })
+}
+
 /// A compute pipeline with the bind groups that its shader declares.
 pub(crate) fn probe_pipeline(
     device: &wgpu::Device,

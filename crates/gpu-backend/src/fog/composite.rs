@@ -1,8 +1,8 @@
 //! The draw that puts airlight over the host's picture. Twin of `shaders/frame/composite.wgsl`.
 
-use crate::checked::created;
+use crate::CreateError;
+use crate::pass::draw_pipeline;
 use crate::pipelines::Pipelines;
-use crate::{CreateError, shader};
 
 const PASS: &str = "frame/composite";
 
@@ -63,52 +63,38 @@ pub(super) fn pipeline(
         // the host's alpha stays
         alpha: part(wgpu::BlendFactor::Zero, wgpu::BlendFactor::One),
     };
-    let device = pipelines.device();
-    let make = || {
-        let source = shader::assemble(PASS)?;
-        created(device, PASS, || {
-            let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-                label: Some(PASS),
-                source: wgpu::ShaderSource::Wgsl(source.into()),
-            });
-            let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-                label: Some(PASS),
-                bind_group_layouts: &[Some(layout)],
-                ..Default::default()
-            });
-            let options = wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
-            device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-                label: Some(PASS),
-                layout: Some(&layout),
-                vertex: wgpu::VertexState {
-                    module: &module,
-                    entry_point: Some("vs_main"),
-                    compilation_options: wgpu::PipelineCompilationOptions::default(),
-                    buffers: &[],
-                },
-                primitive: wgpu::PrimitiveState::default(),
-                depth_stencil: target.depth_format.map(|format| wgpu::DepthStencilState {
-                    format,
-                    depth_write_enabled: Some(false),
-                    depth_compare: Some(wgpu::CompareFunction::Always),
-                    stencil: wgpu::StencilState::default(),
-                    bias: wgpu::DepthBiasState::default(),
-                }),
-                multisample: wgpu::MultisampleState { count: target.sample_count, ..Default::default() },
-                fragment: Some(wgpu::FragmentState {
-                    module: &module,
-                    entry_point: Some("fs_main"),
-                    compilation_options: options,
-                    targets: &[Some(wgpu::ColorTargetState {
-                        format: target.format,
-                        blend: Some(blend),
-                        write_mask: wgpu::ColorWrites::ALL,
-                    })],
-                }),
-                multiview_mask: None,
-                cache: None,
-            })
+    draw_pipeline(pipelines, format!("{PASS} {target:?} {variant:?}"), PASS, layout, |module, layout| {
+        let options = wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
+        pipelines.device().create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some(PASS),
+            layout: Some(layout),
+            vertex: wgpu::VertexState {
+                module,
+                entry_point: Some("vs_main"),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                buffers: &[],
+            },
+            primitive: wgpu::PrimitiveState::default(),
+            depth_stencil: target.depth_format.map(|format| wgpu::DepthStencilState {
+                format,
+                depth_write_enabled: Some(false),
+                depth_compare: Some(wgpu::CompareFunction::Always),
+                stencil: wgpu::StencilState::default(),
+                bias: wgpu::DepthBiasState::default(),
+            }),
+            multisample: wgpu::MultisampleState { count: target.sample_count, ..Default::default() },
+            fragment: Some(wgpu::FragmentState {
+                module,
+                entry_point: Some("fs_main"),
+                compilation_options: options,
+                targets: &[Some(wgpu::ColorTargetState {
+                    format: target.format,
+                    blend: Some(blend),
+                    write_mask: wgpu::ColorWrites::ALL,
+                })],
+            }),
+            multiview_mask: None,
+            cache: None,
         })
-    };
-    pipelines.drawing(format!("{PASS} {target:?} {variant:?}"), make)
+    })
 }

@@ -11,11 +11,11 @@ use super::{Leaves, LightMesh, Tessellation, TessellationPasses};
 use crate::checked::{created, filled_buffer, prepared};
 use crate::layout::{GRID_TILE, LightUniform, MeshUniform, row_bits};
 use crate::pass::{
-    Call, ComputePass, Dispatch, Draw, DrawPass, DrawTarget, Step, bind, compute_pipeline, drawn, storage,
-    storage_texture, storage_written, texture, uniform,
+    Call, ComputePass, Dispatch, Draw, DrawPass, DrawTarget, Step, bind, compute_pipeline, draw_pipeline,
+    drawn, storage, storage_texture, storage_written, texture, uniform,
 };
 use crate::pipelines::Pipelines;
-use crate::{CreateError, PrepareError, ShadowMap, shader};
+use crate::{CreateError, PrepareError, ShadowMap};
 
 /// What is drawn into where float32 blends.
 const BLENDED: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
@@ -424,26 +424,19 @@ impl LightVolumePasses {
         } else {
             wgpu::ColorTargetState { format: UNUSED, blend: None, write_mask: wgpu::ColorWrites::empty() }
         };
-        let device = pipelines.device();
-        let make = || {
-            let source = shader::assemble(part.file())?;
-            created(device, part.file(), || {
-                let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-                    label: Some(part.file()),
-                    source: wgpu::ShaderSource::Wgsl(source.into()),
-                });
-                let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-                    label: Some(part.file()),
-                    bind_group_layouts: &[Some(&self.layout)],
-                    ..Default::default()
-                });
+        draw_pipeline(
+            pipelines,
+            format!("{} {constants:?}", part.file()),
+            part.file(),
+            &self.layout,
+            |module, layout| {
                 let options =
                     |constants| wgpu::PipelineCompilationOptions { constants, ..Default::default() };
-                device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+                pipelines.device().create_render_pipeline(&wgpu::RenderPipelineDescriptor {
                     label: Some(part.file()),
-                    layout: Some(&layout),
+                    layout: Some(layout),
                     vertex: wgpu::VertexState {
-                        module: &module,
+                        module,
                         entry_point: Some("vs_main"),
                         compilation_options: options(&vertex_constants),
                         buffers: &[],
@@ -452,7 +445,7 @@ impl LightVolumePasses {
                     depth_stencil: None,
                     multisample: wgpu::MultisampleState::default(),
                     fragment: Some(wgpu::FragmentState {
-                        module: &module,
+                        module,
                         entry_point: Some("fs_main"),
                         compilation_options: options(&constants),
                         targets: &[Some(target)],
@@ -460,9 +453,8 @@ impl LightVolumePasses {
                     multiview_mask: None,
                     cache: None,
                 })
-            })
-        };
-        pipelines.drawing(format!("{} {constants:?}", part.file()), make)
+            },
+        )
     }
 }
 

@@ -5,14 +5,14 @@ use scene::{Camera, Light};
 
 use super::silhouette::{DISPATCH_AT, DRAW_AT};
 use super::{Faces, ShadowVolume, compute};
-use crate::checked::{check_size, created, filled_buffer, prepared};
+use crate::checked::{check_size, filled_buffer, prepared};
 use crate::layout::{ImagePlane, VolumeUniform};
 use crate::pass::{
     Call, ComputePass, Dispatch, Draw, DrawPass, DrawTarget, Step, bind, compute_pipeline, depth_texture,
-    drawn, storage, storage_texture, storage_written, uniform,
+    draw_pipeline, drawn, storage, storage_texture, storage_written, uniform,
 };
 use crate::pipelines::Pipelines;
-use crate::{CreateError, PrepareError, shader};
+use crate::{CreateError, PrepareError};
 
 /// Share of the casters' diagonal that faces nearer to the eye are not told apart in.
 const NEAR: f64 = 1e-5;
@@ -72,10 +72,10 @@ impl FacePasses {
         let resolve = pass("volume/resolve", &[storage(0), storage_texture(1, FORMAT, flat)])?;
         let draw_layout = layout("volume/faces", &[drawn(uniform(0)), drawn(storage(1)), drawn(storage(3))]);
         let how = if device.features().contains(wgpu::Features::FLOAT32_BLENDABLE) {
-            Drawn::Blended(draw_pipeline(pipelines, &draw_layout, "volume/faces", None)?)
+            Drawn::Blended(faces_pipeline(pipelines, &draw_layout, "volume/faces", None)?)
         } else {
             let tested =
-                |compare| draw_pipeline(pipelines, &draw_layout, "volume/face_depths", Some(compare));
+                |compare| faces_pipeline(pipelines, &draw_layout, "volume/face_depths", Some(compare));
             Drawn::Tested {
                 front: tested(wgpu::CompareFunction::Greater)?,
                 back: tested(wgpu::CompareFunction::Less)?,
@@ -244,7 +244,7 @@ fn image(device: &wgpu::Device, label: &str, format: wgpu::TextureFormat, size: 
 }
 
 /// The draw of all faces: into a texture by greatest values, or with a depth test.
-fn draw_pipeline(
+fn faces_pipeline(
     pipelines: &Pipelines,
     layout: &wgpu::BindGroupLayout,
     pass: &'static str,
@@ -261,47 +261,33 @@ fn draw_pipeline(
         write_mask: wgpu::ColorWrites::ALL,
     };
     let targets = if compare.is_none() { vec![Some(color)] } else { Vec::new() };
-    let device = pipelines.device();
-    let make = || {
-        let source = shader::assemble(pass)?;
-        created(device, pass, || {
-            let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-                label: Some(pass),
-                source: wgpu::ShaderSource::Wgsl(source.into()),
-            });
-            let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-                label: Some(pass),
-                bind_group_layouts: &[Some(layout)],
-                ..Default::default()
-            });
-            device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-                label: Some(pass),
-                layout: Some(&layout),
-                vertex: wgpu::VertexState {
-                    module: &module,
-                    entry_point: Some("vs_main"),
-                    compilation_options: wgpu::PipelineCompilationOptions::default(),
-                    buffers: &[],
-                },
-                primitive: wgpu::PrimitiveState::default(),
-                depth_stencil: compare.map(|compare| wgpu::DepthStencilState {
-                    format: DEPTH,
-                    depth_write_enabled: Some(true),
-                    depth_compare: Some(compare),
-                    stencil: wgpu::StencilState::default(),
-                    bias: wgpu::DepthBiasState::default(),
-                }),
-                multisample: wgpu::MultisampleState::default(),
-                fragment: Some(wgpu::FragmentState {
-                    module: &module,
-                    entry_point: Some("fs_main"),
-                    compilation_options: wgpu::PipelineCompilationOptions::default(),
-                    targets: &targets,
-                }),
-                multiview_mask: None,
-                cache: None,
-            })
+    draw_pipeline(pipelines, format!("{pass} {compare:?}"), pass, layout, |module, layout| {
+        pipelines.device().create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some(pass),
+            layout: Some(layout),
+            vertex: wgpu::VertexState {
+                module,
+                entry_point: Some("vs_main"),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                buffers: &[],
+            },
+            primitive: wgpu::PrimitiveState::default(),
+            depth_stencil: compare.map(|compare| wgpu::DepthStencilState {
+                format: DEPTH,
+                depth_write_enabled: Some(true),
+                depth_compare: Some(compare),
+                stencil: wgpu::StencilState::default(),
+                bias: wgpu::DepthBiasState::default(),
+            }),
+            multisample: wgpu::MultisampleState::default(),
+            fragment: Some(wgpu::FragmentState {
+                module,
+                entry_point: Some("fs_main"),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                targets: &targets,
+            }),
+            multiview_mask: None,
+            cache: None,
         })
-    };
-    pipelines.drawing(format!("{pass} {compare:?}"), make)
+    })
 }
