@@ -51,8 +51,12 @@ const SIZES: [(u32, u32); 5] = [(16, 12), (24, 8), (31, 17), (8, 8), (40, 24)];
 /// their size; units: bytes.
 const SLACK: i64 = 256 << 10;
 
-/// The same of resident memory, which the allocator's pages and the driver's lists are in; units: bytes.
-const RESIDENT_SLACK: i64 = 8 << 20;
+/// What may come on top of resident memory in the median round: what is compiled anew takes more in each frame; units: bytes.
+const ROUND_SLACK: i64 = 128 << 10;
+
+/// What may come on top of resident memory in all: at some time in one run of four a thread of the driver takes an arena of
+/// the allocator for itself, 12 to 16 MB at once and never again; units: bytes.
+const RESIDENT_SLACK: i64 = 32 << 20;
 
 /// Counts what is allocated in Rust.
 struct Counted;
@@ -263,6 +267,7 @@ fn frames_leave_nothing_behind() {
         "a black picture"
     );
     let (mut warm, mut last, mut repeated) = (None, Memory::now(&soak.gpu), 0);
+    let mut rounds = Vec::new();
     let start = std::time::Instant::now();
     for index in 0..frames {
         // another size for the first medium in every round
@@ -281,7 +286,11 @@ fn frames_leave_nothing_behind() {
         assert!(said.is_empty(), "frame {index}: {said:?}");
         drop(said);
         if (index + 1) % ROUND == 0 {
-            last = Memory::now(&soak.gpu);
+            let now = Memory::now(&soak.gpu);
+            if index + 1 > WARM_UP {
+                rounds.push(now.resident - last.resident);
+            }
+            last = now;
             if index + 1 >= WARM_UP {
                 warm.get_or_insert(last);
             }
@@ -294,9 +303,16 @@ fn frames_leave_nothing_behind() {
     last.print(&format!("{frames} frames, {repeated} of them drawn again, on {}", soak.gpu.info.name));
     let (heap, device) = (last.heap - before.heap, last.device - before.device);
     let resident = last.resident - before.resident;
-    println!("grown by {heap} bytes in Rust, {device} on the device, {resident} resident");
+    rounds.sort_unstable();
+    let median = rounds[rounds.len() / 2];
+    println!(
+        "grown by {heap} bytes in Rust, {device} on the device, {resident} resident, {median} of them in the median round"
+    );
     assert!(heap <= SLACK && device <= SLACK, "{heap} bytes in Rust, {device} on the device");
-    assert!(resident <= RESIDENT_SLACK, "{resident} bytes resident: see each_technique_by_itself");
+    assert!(
+        median <= ROUND_SLACK && resident <= RESIDENT_SLACK,
+        "{resident} bytes resident, {median} in the median round: see each_technique_by_itself"
+    );
 }
 
 /// Time and memory of each technique by itself: with nothing that changes, and with a light, a medium or a window that does.
