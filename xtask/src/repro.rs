@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use clap::Args;
 
-use crate::experiments::{ALL, Context, Preset, cpu, revision};
+use crate::experiments::{ALL, Context, Preset, References, cpu, revision};
 use crate::failure::{Failure, Outcome};
 use crate::gpu;
 use crate::render::Backend;
@@ -93,7 +93,9 @@ pub(crate) fn run(args: &ReproArgs) -> Outcome {
     std::fs::create_dir_all(&args.out)
         .map_err(|e| Failure::input(format!("--out {}: cannot be made: {e}", args.out.display())))?;
     let kept = args.keep.as_deref().map(Kept::open).transpose()?;
-    let context = Context { gpu, preset: args.preset, setups, adapter: cpu(), git: revision(), flags };
+    let references = References::of_this_build();
+    let context =
+        Context { gpu, preset: args.preset, setups, adapter: cpu(), git: revision(), references, flags };
     let mut sections: Vec<Section> = Vec::new();
     for entry in ALL.iter().filter(|entry| args.ids.is_empty() || args.ids.iter().any(|id| id == entry.id)) {
         tracing::info!("{}: {}", entry.id, entry.about);

@@ -118,8 +118,9 @@ impl Reference<'_> {
         if let Some(spot) = spot {
             intensity_cuts(spot, ray, piece, &mut cuts);
         }
+        let cone = spot.map(SpotLight::cone);
         let intensity =
-            |x: f64| spot.map_or(point_intensity, |spot| spot.intensity_towards(ray.at(x) - position));
+            |x: f64| cone.map_or(point_intensity, |cone| cone.intensity_towards(ray.at(x) - position));
         let sum = pieces(piece, &cuts).fold(DVec3::ZERO, |sum, part| {
             sum + match self.settings.model {
                 AirlightModel::HoffmanPreetham => self.without_falloff(&foot, part, &intensity),

@@ -6,12 +6,21 @@ use media_math::quadrature::gauss_legendre;
 /// Most bisections of one integral: those that the hardest reference cases take are a few hundred.
 const MOST_SPLITS: u32 = 1 << 14;
 
-/// ∫_a^b f by bisection until 12 nodes agree with twice 12 to `tolerance`, relative to the whole; both ends finite.
+/// ∫_a^b f to `tolerance`, relative to the whole; both ends finite.
+///
+/// With 8 nodes where 4 agree with them, which between the texels of a light's picture they nearly always do, with 12 where
+/// 8 do; else by bisection until 12 nodes agree with twice 12.
 ///
 /// Ends with what it has after [`MOST_SPLITS`], and where a value is not finite: what never agrees would otherwise take
 /// all of the 2⁴⁰ pieces that the depth allows.
 pub(crate) fn adaptive(f: &mut impl FnMut(f64) -> DVec3, a: f64, b: f64, tolerance: f64) -> DVec3 {
-    let whole = rule(f, 12, a, b);
+    let mut whole = rule(f, 4, a, b);
+    for nodes in [8, 12] {
+        let coarse = std::mem::replace(&mut whole, rule(f, nodes, a, b));
+        if (whole - coarse).abs().max_element() <= tolerance * whole.abs().max_element() {
+            return whole;
+        }
+    }
     let mut left_over = MOST_SPLITS;
     split(f, a, b, whole, tolerance * whole.abs().max_element(), 40, &mut left_over)
 }

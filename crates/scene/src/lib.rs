@@ -64,7 +64,9 @@ pub use aabb::Aabb;
 pub use bvh::{Bvh, BvhVisibility, Hit, PlaneRegion, Triangle, WideBvh, WideNode};
 pub use camera::Camera;
 pub use error::SceneError;
-pub use light::{DirectionalLight, Light, LightId, LightTexture, PointLight, SpotLight, TextureFilter};
+pub use light::{
+    DirectionalLight, Light, LightId, LightTexture, PointLight, SpotCone, SpotLight, TextureFilter,
+};
 pub use medium::{AirlightModel, Density, DensityGrid, Medium, RgbMedium};
 pub use mesh::Mesh;
 pub use ray::{DRay, Interval, Ray};

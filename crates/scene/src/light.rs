@@ -162,35 +162,77 @@ impl SpotLight {
         self.right.cross(self.direction)
     }
 
+    /// What its angles make, for many directions.
+    pub fn cone(&self) -> SpotCone<'_> {
+        let direction = self.direction.as_dvec3();
+        let right = self.right.as_dvec3();
+        SpotCone {
+            light: self,
+            direction,
+            right,
+            top: right.cross(direction),
+            cos_inner: f64::from(self.inner).cos(),
+            cos_outer: f64::from(self.outer).cos(),
+            tan_outer: f64::from(self.outer).tan(),
+        }
+    }
+
+    /// [`SpotCone::texture_coordinates`] of a single direction.
+    pub fn texture_coordinates(&self, w: DVec3) -> (f64, f64) {
+        self.cone().texture_coordinates(w)
+    }
+
+    /// [`SpotCone::falloff`] of a single angle.
+    pub fn falloff(&self, cos_angle: f64) -> f64 {
+        self.cone().falloff(cos_angle)
+    }
+
+    /// [`SpotCone::intensity_towards`] of a single direction.
+    pub fn intensity_towards(&self, w: DVec3) -> DVec3 {
+        self.cone().intensity_towards(w)
+    }
+}
+
+/// A [`SpotLight`] with the cosines and the tangent of its angles, which an integral along a ray takes at every node.
+#[derive(Debug, Clone, Copy)]
+pub struct SpotCone<'a> {
+    light: &'a SpotLight,
+    direction: DVec3,
+    right: DVec3,
+    top: DVec3,
+    cos_inner: f64,
+    cos_outer: f64,
+    tan_outer: f64,
+}
+
+impl SpotCone<'_> {
     /// Coordinates on the light's picture of a direction `w` away from the light (any length): u to the right and v
     /// downwards, both 0 to 1 inside the square around the outer cone.
     pub fn texture_coordinates(&self, w: DVec3) -> (f64, f64) {
-        let k = f64::from(self.outer).tan() * w.dot(self.direction.as_dvec3());
-        let right = self.right.as_dvec3();
-        let top = right.cross(self.direction.as_dvec3());
-        (0.5 + 0.5 * w.dot(right) / k, 0.5 - 0.5 * w.dot(top) / k)
+        let k = self.tan_outer * w.dot(self.direction);
+        (0.5 + 0.5 * w.dot(self.right) / k, 0.5 - 0.5 * w.dot(self.top) / k)
     }
 
     /// glTF's falloff for the cosine of the angle to the axis: clamp((cos a − cos outer)/max(cos inner − cos outer,
     /// 0.001), 0, 1)².
     pub fn falloff(&self, cos_angle: f64) -> f64 {
-        let (inner, outer) = (f64::from(self.inner).cos(), f64::from(self.outer).cos());
         // rounded above 1 it would be inside a cone of no width; what is no number stays none
-        ((cos_angle.clamp(-1.0, 1.0) - outer) / (inner - outer).max(0.001)).clamp(0.0, 1.0).powi(2)
+        let above = cos_angle.clamp(-1.0, 1.0) - self.cos_outer;
+        (above / (self.cos_inner - self.cos_outer).max(0.001)).clamp(0.0, 1.0).powi(2)
     }
 
     /// Radiant intensity towards `w`, a direction of any length away from the light; units: W/sr.
     pub fn intensity_towards(&self, w: DVec3) -> DVec3 {
-        let falloff = self.falloff(w.dot(self.direction.as_dvec3()) / w.length());
+        let falloff = self.falloff(w.dot(self.direction) / w.length());
         // also false for the direction of no length
         if !(falloff > 0.0) {
             return DVec3::ZERO;
         }
-        let colour = self.texture.as_ref().map_or(DVec3::ONE, |texture| {
+        let colour = self.light.texture.as_ref().map_or(DVec3::ONE, |texture| {
             let (u, v) = self.texture_coordinates(w);
             texture.sample(u, v)
         });
-        falloff * colour * self.intensity.as_dvec3()
+        falloff * colour * self.light.intensity.as_dvec3()
     }
 }
 

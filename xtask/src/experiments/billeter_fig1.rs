@@ -77,7 +77,7 @@ pub(super) fn run(context: &Context) -> Outcome<Section> {
     found.adapter = gpu_or_cpu(context);
     let (title, setup) = set_up(context)?;
     tracing::info!("{title}");
-    let mut arena = Arena::new(title, setup, linear(side, map))?;
+    let mut arena = Arena::new(&context.references, title, setup, linear(side, map))?;
     let divisions = [Division::Distance(SHARE), Division::Indexed];
     let settings = divisions.map(|division| division.setting(&arena, arena.base));
     let taken = arena.measure(context.gpu.as_ref(), &settings)?;
@@ -120,9 +120,8 @@ fn alone(arena: &Arena) -> Outcome<Vec<[Image; 2]>> {
         let maps = Maps { maps: vec![arena.map.maps.maps[index].clone()], ms: 0.0 };
         let run = |technique, options, maps| {
             let Arena { bvh, rays, .. } = arena;
-            let airlight = Stage { setup: &setup, bvh, options, rays, maps, further: &[], tick: &|_| () }
-                .run(technique)?;
-            Ok(super::measure::picture(arena.base.size, &airlight))
+            let stage = Stage { setup: &setup, bvh, options, rays, maps, further: &[], tick: &|_| () };
+            Ok(arena.references.picture(&stage, technique)?.image)
         };
         let lit = run(Technique::ExactShadowMap, &arena.base, &maps)?;
         Ok([lit, run(Technique::Exact, &open, &Maps::none(1))?])

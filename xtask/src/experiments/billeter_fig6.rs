@@ -69,7 +69,7 @@ fn measure(context: &Context, id: &str, side: u32, sides: &[(u32, u32)]) -> Outc
     for &(map, fps) in sides {
         let Some((title, setup)) = lit(context, id, LightKind::Point)? else { continue };
         tracing::info!("{title}, map {map}²");
-        let mut arena = Arena::new(title, setup, linear(side, map))?;
+        let mut arena = Arena::new(&context.references, title, setup, linear(side, map))?;
         let setting = Division::Indexed.setting(&arena, arena.base);
         for measured in arena.measure(context.gpu.as_ref(), &[setting])? {
             let seams = seam_errors(&arena, &measured)?;

@@ -158,7 +158,7 @@ fn halls(context: &Context, kind: LightKind) -> Outcome<Vec<(String, Setup)>> {
 fn measure(context: &Context, plan: &Plan, title: String, kind: LightKind, setup: Setup) -> Outcome<Case> {
     tracing::info!("{title}");
     let base = linear(plan.side, plan.map);
-    let mut arena = Arena::new(title, setup, base)?;
+    let mut arena = Arena::new(&context.references, title, setup, base)?;
     let march = |surface: MapSurface, samples: &'static [u32]| {
         samples.iter().map(move |&samples| {
             let map = MapOptions { surface, ..base.map };

@@ -66,7 +66,7 @@ pub(super) fn run(context: &Context) -> Outcome<Section> {
     for id in SCENES.iter().take(scenes) {
         let Some((title, setup)) = lit(context, id, LightKind::Spot)? else { continue };
         tracing::info!("{title}, map {map}²");
-        let case = measure(context, Arena::new(title, setup, linear(side, map))?)?;
+        let case = measure(context, Arena::new(&context.references, title, setup, linear(side, map))?)?;
         found.rows.extend(case.results.iter().map(|(_, measured)| measured.row(&case.title, case.triangles)));
         found.checks.extend(checks(&case));
         table.rows.extend(case.results.iter().map(|result| line(&case, result)));

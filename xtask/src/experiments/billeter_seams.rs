@@ -111,7 +111,8 @@ mod tests {
     fn errors_are_told_apart() {
         let setup = SceneArgs::default().resolve("procedural:sphere").unwrap();
         assert!(matches!(setup.lights[..], [Light::Point(_)]));
-        let mut arena = Arena::new("sphere", setup, linear(32, 16)).unwrap();
+        let mut arena =
+            Arena::new(&super::super::References::default(), "sphere", setup, linear(32, 16)).unwrap();
         let setting = Division::Indexed.setting(&arena, arena.base);
         let mut measured = arena.measure(None, &[setting]).unwrap().remove(0);
         let exact = seam_errors(&arena, &measured).unwrap();

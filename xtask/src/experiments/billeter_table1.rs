@@ -122,7 +122,7 @@ pub(super) fn run(context: &Context) -> Outcome<Section> {
     for id in SCENES.iter().take(plan.scenes) {
         let Some((title, setup)) = lit(context, id, LightKind::Spot)? else { continue };
         let first = plan.maps.first().copied().unwrap_or(128);
-        let mut arena = Arena::new(title, setup, linear(plan.side, first))?;
+        let mut arena = Arena::new(&context.references, title, setup, linear(plan.side, first))?;
         for &map in plan.maps {
             cases.push(measure(context, &plan, id, &mut arena, map)?);
         }

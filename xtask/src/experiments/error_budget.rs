@@ -132,7 +132,7 @@ pub(super) fn run(context: &Context) -> Outcome<Section> {
         let range = froxels::range(&setup, &Bvh::build(&setup.scene).map_err(Failure::program)?);
         let mut options = Options { max_distance: range.into(), ..base(plan.side, plan.map) };
         (options.froxels.range, options.froxels.tile) = (Some(range), plan.tiles[0]);
-        let mut arena = Arena::new(title, setup, options)?;
+        let mut arena = Arena::new(&context.references, title, setup, options)?;
         let parts = measure(context, &mut arena, parts(&plan, &options, context.gpu.is_some()))?;
         found.rows.extend(parts.iter().map(|part| row(&arena, part)));
         section.tables.push(table(&arena.title, &parts));

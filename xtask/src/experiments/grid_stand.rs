@@ -6,7 +6,7 @@ use scene::{Bvh, Camera, Scene};
 
 use super::Context;
 use super::grid_scenes::device;
-use super::measure::picture;
+use super::references::References;
 use crate::airlight::Stage;
 use crate::failure::{Failure, Outcome};
 use crate::froxels::{self, Casters, Engine, Eye, World};
@@ -22,6 +22,7 @@ pub(super) struct Stand {
     pub(super) setup: Setup,
     pub(super) bvh: Bvh,
     hierarchy: Option<GpuBvh>,
+    references: References,
     pub(super) size: (u32, u32),
     /// Pixels along the side of a froxel.
     tile: u32,
@@ -47,7 +48,20 @@ impl Stand {
         let hierarchy = device(context).map(|gpu| froxels::hierarchy(gpu, &setup.scene)).transpose()?;
         let range = range.unwrap_or_else(|| froxels::range(&setup, &bvh));
         let (viewers, exact, open) = Default::default();
-        Ok(Self { title: title.into(), setup, bvh, hierarchy, size, tile, range, viewers, exact, open })
+        let references = context.references.clone();
+        Ok(Self {
+            title: title.into(),
+            setup,
+            bvh,
+            hierarchy,
+            references,
+            size,
+            tile,
+            range,
+            viewers,
+            exact,
+            open,
+        })
     }
 
     /// Triangles of the scene.
@@ -92,7 +106,7 @@ impl Stand {
             further: &[],
             tick: &|_| (),
         };
-        Ok(picture(self.size, &stage.run(Technique::Exact)?))
+        Ok(self.references.picture(&stage, Technique::Exact)?.image)
     }
 
     /// What froxels are lit by, with or without shadows.

@@ -1,6 +1,6 @@
 //! What froxels are compared with on hard cases: airlight that ends where they do.
 
-use super::measure::{Arena, picture};
+use super::measure::Arena;
 use crate::airlight::Stage;
 use crate::failure::Outcome;
 use crate::froxels;
@@ -35,7 +35,7 @@ impl Ranged {
                 further: &[],
                 tick: &|_| (),
             };
-            Ok(picture(options.size, &stage.run(Technique::Exact)?))
+            Ok(arena.references.picture(&stage, Technique::Exact)?.image)
         };
         let exact = run(&options)?;
         let open = run(&Options { shadows_in_medium: false, ..options })?;

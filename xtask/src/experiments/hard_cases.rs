@@ -11,7 +11,7 @@ use super::equal_error::median;
 use super::hard_case_list::{Case, Weight, cases};
 use super::hard_case_range::Ranged;
 use super::hard_case_ways::{SAMPLES, Way, volume_map};
-use super::measure::{Arena, Runner, Setting, WARM_FRAMES, base, in_turns, picture};
+use super::measure::{Arena, Runner, Setting, WARM_FRAMES, base, in_turns};
 use super::shown::clock_note;
 use super::{Context, Preset, experiment, gpu_or_cpu};
 use crate::airlight::Stage;
@@ -161,7 +161,7 @@ fn caught<T>(call: impl FnOnce() -> T) -> Result<T, String> {
 }
 
 fn measure(context: &Context, case: &Case, side: u32, map: u32) -> Outcome<Done> {
-    let arena = Arena::new(&*case.name, (case.build)()?, base(side, map))?;
+    let arena = Arena::new(&context.references, &*case.name, (case.build)()?, base(side, map))?;
     let (maps, on_linear) = linear(&arena)?;
     let ranged = Ranged::new(&arena)?;
     let ways = Way::of_context(context);
@@ -197,8 +197,8 @@ fn linear(arena: &Arena) -> Outcome<(Arc<Maps>, Image)> {
     let maps = Arc::new(Maps::draw(&arena.setup, &options.map)?);
     let own_maps = Some(Arc::clone(&maps));
     let setting = Setting { own_maps, ..Setting::new("", Technique::ExactShadowMap, options) };
-    let exact = arena.stage(&setting)?.run(setting.technique)?;
-    Ok((maps, picture(options.size, &exact)))
+    let exact = arena.references.picture(&arena.stage(&setting)?, setting.technique)?.image;
+    Ok((maps, exact))
 }
 
 /// The GPU for a way, if there is one and it takes the case; else why it does not.

@@ -156,7 +156,7 @@ fn measure(
     map: u32,
 ) -> Outcome<Case> {
     tracing::info!("{title}, map {map}²");
-    let mut arena = Arena::new(title, setup, base(plan.side, map))?;
+    let mut arena = Arena::new(&context.references, title, setup, base(plan.side, map))?;
     let base = arena.base;
     let exact = [Rebuild::Never, Rebuild::Always].map(|rebuild| {
         let name = exact_name(rebuild == Rebuild::Always);

@@ -12,6 +12,7 @@ use scene::Bvh;
 
 use super::counts::Counts;
 use super::equal_error::median;
+use super::references::{Kept, References};
 use crate::airlight::{Airlight, Stage};
 use crate::airlight_gpu::GpuFrame;
 use crate::failure::{Failure, Outcome};
@@ -196,9 +197,10 @@ pub(super) struct Arena {
     pub(super) map: Mapped,
     others: Vec<Mapped>,
     none: Maps,
+    pub(super) references: References,
     /// The exact airlight of the geometry, in f64 on the CPU.
     pub(super) exact: Image,
-    /// Time of that; units: ms.
+    /// Time of that, in the run that computed it; units: ms.
     pub(super) exact_ms: f64,
     /// The same where nothing casts a shadow.
     pub(super) unshadowed: Image,
@@ -208,22 +210,27 @@ impl Arena {
     /// Traces view rays, draws the map of `base` and computes the references.
     ///
     /// Fails where a map cannot be drawn, and for a medium without an exact picture.
-    pub(super) fn new(title: impl Into<String>, setup: Setup, base: Options) -> Outcome<Self> {
+    pub(super) fn new(
+        references: &References,
+        title: impl Into<String>,
+        setup: Setup,
+        base: Options,
+    ) -> Outcome<Self> {
         let bvh = Bvh::build(&setup.scene).map_err(Failure::program)?;
         let rays = ViewRays::trace(&setup.camera, &bvh, base.size);
         let (maps, none) = (Maps::draw(&setup, &base.map)?, Maps::none(setup.lights.len()));
         let open = Options { shadows_in_medium: false, ..base };
         let run = |technique, options, maps| {
-            Stage { setup: &setup, bvh: &bvh, options, rays: &rays, maps, further: &[], tick: &|_| () }
-                .run(technique)
+            let stage =
+                Stage { setup: &setup, bvh: &bvh, options, rays: &rays, maps, further: &[], tick: &|_| () };
+            references.picture(&stage, technique)
         };
-        let exact = run(Technique::Exact, &base, &none)?;
-        let on_map = picture(base.size, &run(Technique::ExactShadowMap, &base, &maps)?);
-        let unshadowed = picture(base.size, &run(Technique::Exact, &open, &none)?);
+        let Kept { image: exact, ms: exact_ms } = run(Technique::Exact, &base, &none)?;
+        let on_map = run(Technique::ExactShadowMap, &base, &maps)?.image;
+        let unshadowed = run(Technique::Exact, &open, &none)?.image;
         let map = Mapped { options: base.map, maps, exact: on_map };
-        let (exact_ms, exact) = (exact.ms, picture(base.size, &exact));
-        let (title, others) = (title.into(), Vec::new());
-        Ok(Self { title, setup, bvh, base, rays, map, others, none, exact, exact_ms, unshadowed })
+        let (title, others, references) = (title.into(), Vec::new(), references.clone());
+        Ok(Self { title, setup, bvh, base, rays, map, others, none, references, exact, exact_ms, unshadowed })
     }
 
     /// Triangles of the scene.
@@ -259,7 +266,7 @@ impl Arena {
             let options = Options { map, ..self.base };
             let own_maps = Some(Arc::clone(&maps));
             let setting = Setting { own_maps, ..Setting::new("", Technique::ExactShadowMap, options) };
-            let exact = picture(self.base.size, &self.stage(&setting)?.run(setting.technique)?);
+            let exact = self.references.picture(&self.stage(&setting)?, setting.technique)?.image;
             drop(setting);
             self.others.push(Mapped { options: map, maps: Arc::unwrap_or_clone(maps), exact });
         }
@@ -474,7 +481,7 @@ mod tests {
     #[test]
     fn each_setting_is_compared_with_its_own_map() {
         let setup = SceneArgs::default().resolve("procedural:sphere").unwrap();
-        let mut arena = Arena::new("sphere", setup, base(16, 64)).unwrap();
+        let mut arena = Arena::new(&References::default(), "sphere", setup, base(16, 64)).unwrap();
         let exact = |side, surface| {
             let options = Options { map: MapOptions { side, surface }, ..arena.base };
             Setting::new(format!("{side}, {surface:?}"), Technique::ExactShadowMap, options)

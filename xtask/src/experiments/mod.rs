@@ -4,6 +4,8 @@ use std::process::Command;
 
 use gpu_backend::GpuContext;
 
+pub(crate) use references::References;
+
 use crate::failure::Outcome;
 use crate::gpu;
 use crate::report::Section;
@@ -46,6 +48,7 @@ mod pareto;
 mod pareto_picks;
 mod pareto_report;
 mod pareto_settings;
+mod references;
 mod shadow_rays;
 mod shown;
 mod wyman_bench;
@@ -95,6 +98,8 @@ pub(crate) struct Context {
     /// The GPU, where there is one.
     pub(crate) gpu: Option<GpuContext>,
     pub(crate) git: String,
+    /// Exact pictures of earlier runs.
+    pub(crate) references: References,
     /// Flags that repeat this run, after the experiment's name.
     pub(crate) flags: String,
 }

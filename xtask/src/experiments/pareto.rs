@@ -179,7 +179,7 @@ fn measure(
 ) -> Outcome<Case> {
     tracing::info!("{title}");
     let map = plan.sweep.map;
-    let mut arena = Arena::new(title, setup, base(plan.side, map))?;
+    let mut arena = Arena::new(&context.references, title, setup, base(plan.side, map))?;
     let mut settings = pareto_settings::all(&plan.sweep, &arena);
     let picks = pareto_picks::choose(&arena, map, plan.sweep.metrics(), context.gpu.as_ref(), &mut settings)?;
     let predict = |setting: &super::measure::Setting| {

@@ -17,9 +17,15 @@ use crate::stained_glass::stained_glass;
 use crate::technique::Options;
 
 /// A scene with its light and a map; rays that hit nothing end after `max_distance` metres.
-pub(super) fn lit(title: String, setup: Setup, [side, map]: [u32; 2], max_distance: f64) -> Outcome<Arena> {
+pub(super) fn lit(
+    context: &Context,
+    title: String,
+    setup: Setup,
+    [side, map]: [u32; 2],
+    max_distance: f64,
+) -> Outcome<Arena> {
     tracing::info!("{title}");
-    Arena::new(title, setup, Options { max_distance, ..base(side, map) })
+    Arena::new(&context.references, title, setup, Options { max_distance, ..base(side, map) })
 }
 
 /// Measures settings in turns, on the GPU where there is one, and counts what they cost each pixel in the light.

@@ -97,7 +97,7 @@ pub(super) fn run(context: &Context) -> Outcome<Section> {
     for scene in SCENES.iter().take(count) {
         let Some((title, setup)) = set_up(context, scene)? else { continue };
         tracing::info!("{title}");
-        let done = measure(context, scene, Arena::new(title, setup, base(side, map))?)?;
+        let done = measure(context, scene, Arena::new(&context.references, title, setup, base(side, map))?)?;
         table.rows.extend(done.lines);
         found.rows.extend(done.rows);
         found.checks.extend(done.checks);

@@ -121,7 +121,7 @@ pub(super) fn run(context: &Context) -> Outcome<Section> {
             setup = wyman_boundary::VIEWS[0].lit(&setup)?;
             title = format!("{}, light before it", source.title());
         }
-        let lit = lit(title, setup, [plan.side, plan.map], far)?;
+        let lit = lit(context, title, setup, [plan.side, plan.map], far)?;
         left(&plan, &lit, &mut found, &mut table, &mut section)?;
     }
     for id in plan.textured {
@@ -131,7 +131,7 @@ pub(super) fn run(context: &Context) -> Outcome<Section> {
                 continue;
             };
             let title = format!("{}, stained glass, {}", source.title(), model_name(model));
-            let mut lit = lit(title, setup, [plan.side, plan.map], f64::INFINITY)?;
+            let mut lit = lit(context, title, setup, [plan.side, plan.map], f64::INFINITY)?;
             right(context, &plan, &mut lit, &mut found, &mut table, &mut section)?;
         }
     }

@@ -86,7 +86,7 @@ pub(super) fn run(context: &Context) -> Outcome<Section> {
             continue;
         };
         let title = format!("{}, stained glass, {}", source.title(), model_name(model));
-        let lit = lit(title, setup, [plan.side, plan.map], f64::INFINITY)?;
+        let lit = lit(context, title, setup, [plan.side, plan.map], f64::INFINITY)?;
         let case = measure(context, &plan, lit)?;
         let matched = case.equal.iter().flatten();
         for result in case.sweep.iter().chain([&case.hybrid]).chain(matched.clone()) {

@@ -154,7 +154,7 @@ pub(super) fn run(context: &Context) -> Outcome<Section> {
             continue;
         };
         let title = format!("{}, stained glass, {}", source.title(), model_name(model));
-        let mut lit = lit(title, setup, [plan.side, plan.map], f64::INFINITY)?;
+        let mut lit = lit(context, title, setup, [plan.side, plan.map], f64::INFINITY)?;
         let pairs: Vec<(Variant, u32)> = Variant::ALL
             .into_iter()
             .flat_map(|variant| plan.of(variant, model).iter().map(move |&samples| (variant, samples)))

@@ -145,7 +145,7 @@ pub(super) fn run(context: &Context) -> Outcome<Section> {
         let Some(source) = source(context, id) else { continue };
         tracing::info!("{}", source.title());
         let setup = source.setup(depth)?;
-        let arena = Arena::new(source.title(), setup, base(&plan))?;
+        let arena = Arena::new(&context.references, source.title(), setup, base(&plan))?;
         cases.push(measure(context, &plan, arena, &mut found, &mut section)?);
     }
     section.tables.push(table(&cases));

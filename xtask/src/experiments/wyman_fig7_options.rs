@@ -75,7 +75,13 @@ pub(super) fn run(
             let light = setup.lights.first().map_or("no", |light| LightKind::of(light).name());
             let title = format!("{}, {light} light, thick", source.title());
             tracing::info!("{title}: options");
-            casters(context, kind, Arena::new(title, setup, base(plan))?, found, section)?;
+            casters(
+                context,
+                kind,
+                Arena::new(&context.references, title, setup, base(plan))?,
+                found,
+                section,
+            )?;
         }
     }
     // a scene around the viewer, where there is one: its map has a border inside the picture
@@ -86,8 +92,8 @@ pub(super) fn run(
         tracing::info!("{title}: variance shadow map, beyond the map");
         let side = (plan.side / 2).max(32);
         let base = measure::base(side, plan.map);
-        variance(&Arena::new(title, setup.clone(), base)?, found, section)?;
-        beyond_the_map(base, format!("{}, point light", source.title()), &setup, found, section)?;
+        variance(&Arena::new(&context.references, title, setup.clone(), base)?, found, section)?;
+        beyond_the_map(context, base, format!("{}, point light", source.title()), &setup, found, section)?;
         found.notes.push(format!("Variance shadow maps and what lies outside of a map are measured on the CPU, in pictures of {side}×{side}."));
     }
     found.notes.push(format!("Options are measured at {SAMPLES} samples in a view of optical depth {DEPTH}; near the viewer is what reaches within optical depth {NEAR_DEPTH} of the camera. \"Whole map\": volumes are those of the near casters, while the map, and the reference, have all. \"Also in the map\": the map is drawn with the near casters alone, and the errors on the map are still those against the map of all, so they hold what the far casters' missing shadows weigh."));
@@ -370,6 +376,7 @@ fn cpu_row(scene: &str, name: &str, ms: f64, on_map: Option<&Metrics>, on_geomet
 
 /// A point light whose map is a spot's: what lies outside is lit, as in the paper's fairy scene, or dark.
 fn beyond_the_map(
+    context: &Context,
     base: Options,
     title: String,
     spot: &Setup,
@@ -417,7 +424,7 @@ fn beyond_the_map(
         ],
     );
     // a map of one face for a point light is the CPU's alone
-    for shot in Arena::new(&*title, setup, base)?.measure(None, &settings)? {
+    for shot in Arena::new(&context.references, &*title, setup, base)?.measure(None, &settings)? {
         let name = &shot.setting.name;
         table.push(line(name, shot.ms(), shot.on_map.as_ref(), &shot.on_geometry));
         found.rows.push(cpu_row(&title, name, shot.ms(), shot.on_map.as_ref(), &shot.on_geometry));

@@ -54,7 +54,7 @@ pub(super) fn run(context: &Context) -> Outcome<Section> {
         for model in [AirlightModel::Sun, AirlightModel::HoffmanPreetham] {
             let Some((setup, light)) = lit_by(context, &source, model)? else { continue };
             let title = format!("{}, {light}, {}", source.title(), model_name(model));
-            let mut lit = lit(title, setup, [plan.side, plan.map], f64::INFINITY)?;
+            let mut lit = lit(context, title, setup, [plan.side, plan.map], f64::INFINITY)?;
             let settings = settings(lit.base);
             let results = wyman_bench::measure(context, &mut lit, &settings)?;
             found.rows.extend(results.iter().map(|result| result.row(&lit.title, lit.triangles())));

@@ -56,8 +56,8 @@ fn plan(context: &Context) -> Plan {
     let all = Plan {
         side: 512,
         map: 1024,
-        brute: &[10, 40, BRUTE, 400, 1000],
-        hybrid: &[4, 16, HYBRID, 400],
+        brute: &[10, 40, BRUTE, 1000],
+        hybrid: &[4, 16, HYBRID, 200],
         scenes: usize::MAX,
         spots: true,
     };
@@ -372,7 +372,8 @@ fn measure(
 ) -> Outcome<Case> {
     let scene = source.title();
     tracing::info!("{scene}, {light}");
-    let mut arena = Arena::new(format!("{scene}, {light}"), setup, base(plan.side, plan.map))?;
+    let mut arena =
+        Arena::new(&context.references, format!("{scene}, {light}"), setup, base(plan.side, plan.map))?;
     let settings = settings(arena.base, plan, light);
     let results = arena.measure(context.gpu.as_ref(), &settings)?;
     let counts = Lookups::count(&arena)?;

@@ -317,9 +317,15 @@ fn within_target(
         if !trials.allow(pilot, &candidate, target)? {
             continue;
         }
-        let own = pilot.judge(candidate.technique, &candidate.options)?.0;
-        trials.note(&candidate, own.upper);
-        let judged = Judged::of(candidate, pilot, device)?;
+        let mut own = pilot.judge(candidate.technique, &candidate.options)?.0;
+        let mut judged = Judged::of(candidate, pilot, device)?;
+        let Candidate { technique, options, .. } = &judged.candidate;
+        // on more rays it may turn out to be safe
+        if judged.error.found <= target && judged.error.upper > target {
+            own = pilot.judge_closely(*technique, options)?;
+            judged.error = own.with(judged.candidate.interpolated());
+        }
+        trials.note(&judged.candidate, own.upper);
         if judged.error.upper <= target {
             within.push(judged);
         } else if nearest.as_ref().is_none_or(|least| judged.error.upper < least.error.upper) {

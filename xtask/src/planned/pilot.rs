@@ -22,6 +22,9 @@ use crate::view_rays::ViewRays;
 /// Rays of a pilot, about.
 const RAYS: f64 = 16384.0;
 
+/// The same where a setting's error is within the target on those, and not safely so.
+const MORE_RAYS: f64 = 65536.0;
+
 /// The same where the reference is a converged march.
 const FEW_RAYS: f64 = 576.0;
 
@@ -108,6 +111,9 @@ pub(crate) struct Pilot<'a> {
     all_rays: Option<ViewRays>,
     /// What was judged, by technique and options.
     known: Vec<(String, (Estimate, CpuTime))>,
+    /// With [`MORE_RAYS`], where it was asked.
+    finer: Option<Box<Pilot<'a>>>,
+    on_map: bool,
     /// What one exact picture of the large size would take on the CPU; units: ms.
     pub(crate) exact_ms: f64,
     started: Instant,
@@ -118,9 +124,20 @@ impl<'a> Pilot<'a> {
     ///
     /// Where `on_map`, what is exact is so with respect to the map of the options.
     pub(crate) fn new(setup: &'a Setup, bvh: &'a Bvh, options: &Options, on_map: bool) -> Outcome<Self> {
+        let rays = if setup.medium.is_homogeneous() { RAYS } else { FEW_RAYS };
+        Self::with_rays(setup, bvh, options, on_map, rays)
+    }
+
+    fn with_rays(
+        setup: &'a Setup,
+        bvh: &'a Bvh,
+        options: &Options,
+        on_map: bool,
+        rays: f64,
+    ) -> Outcome<Self> {
         let started = Instant::now();
         let analytic = setup.medium.is_homogeneous();
-        let size = smaller(options.size, if analytic { RAYS } else { FEW_RAYS });
+        let size = smaller(options.size, rays);
         let base = Options { size, sampling: Sampling::Pixels, ..*options };
         let rays = ViewRays::trace(&setup.camera, bvh, size);
         let rays = match options.froxels.range {
@@ -145,6 +162,8 @@ impl<'a> Pilot<'a> {
             whole,
             all_rays: None,
             known,
+            finer: None,
+            on_map,
             exact_ms,
             started,
         };
@@ -183,6 +202,26 @@ impl<'a> Pilot<'a> {
         let judged = (error, CpuTime { prepared, rays: found.rays_ms * self.rays_each });
         self.known.push((key, judged));
         Ok(judged)
+    }
+
+    /// The error of a setting on more rays than [`Self::judge`] has, in media where those are exact; else the same.
+    ///
+    /// Fails where a map cannot be drawn.
+    pub(crate) fn judge_closely(&mut self, technique: Technique, options: &Options) -> Outcome<Estimate> {
+        if self.rays_each <= 1.0 || !self.setup.medium.is_homogeneous() {
+            return Ok(self.judge(technique, options)?.0);
+        }
+        let mut finer = match self.finer.take() {
+            Some(finer) => finer,
+            None => {
+                let base = Options { size: self.whole, ..self.base };
+                let finer = Self::with_rays(self.setup, self.bvh, &base, self.on_map, MORE_RAYS)?;
+                Box::new(Self { maps: self.maps.clone(), ..finer })
+            }
+        };
+        let judged = finer.judge(technique, options);
+        self.finer = Some(finer);
+        Ok(judged?.0)
     }
 
     /// What a sampling errs by and traces under a map; `None` in media and under lights where nothing is exact on one.
@@ -332,6 +371,9 @@ mod tests {
             let whole = picture(Technique::ExactShadowMap, &options);
             let error = metrics::compare(&whole, &exact, Some(&open), None).unwrap().shadow_err.unwrap();
             assert!(error < found.upper && found.upper < 1.5 * error, "{side}: {error} against {found:?}");
+            // those are all rays of so small a picture
+            let close = pilot.judge_closely(Technique::ExactShadowMap, &options).unwrap();
+            assert!(close.upper == close.found && (close.found / error - 1.0).abs() < 1e-3, "{close:?}");
         }
     }
 }
