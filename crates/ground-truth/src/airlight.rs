@@ -190,10 +190,14 @@ impl Reference<'_> {
     fn without_falloff(&self, foot: &Foot<f64>, part: Interval, intensity: &impl Fn(f64) -> DVec3) -> DVec3 {
         let part = self.until_opaque(part);
         let sigma_t = DVec3::from(self.coefficients.sigma_t());
+        // one exponential of three where the medium has no colour
+        let is_gray = sigma_t == DVec3::splat(sigma_t.x);
         let mut f = |x: f64| {
             let a = x - foot.x_foot;
-            let r = if a < 0.0 { foot.h * (foot.h / (a.hypot(foot.h) - a)) } else { a.hypot(foot.h) + a };
-            self.phase.at(r, foot.h) * intensity(x) * (-sigma_t * x).exp()
+            let d = a.hypot(foot.h);
+            let r = if a < 0.0 { foot.h * (foot.h / (d - a)) } else { d + a };
+            let left = if is_gray { DVec3::splat((-sigma_t.x * x).exp()) } else { (-sigma_t * x).exp() };
+            self.phase.at(r, foot.h) * intensity(x) * left
         };
         // the scattering angle turns at the foot
         let cuts = [foot.x_foot];

@@ -59,9 +59,9 @@ fn plan(context: &Context) -> Plan {
         brute: &[10, 40, BRUTE, 1000],
         hybrid: &[4, 16, HYBRID, 200],
         scenes: usize::MAX,
-        spots: true,
+        spots: false,
     };
-    let few = Plan { side: 256, scenes: 2, spots: false, ..all };
+    let few = Plan { side: 256, scenes: 2, ..all };
     let plan = match preset {
         Preset::Smoke => {
             Plan { side: 64, map: 256, brute: &[20, BRUTE, 600], hybrid: &[8, HYBRID, 200], scenes: 1, ..few }
@@ -70,6 +70,7 @@ fn plan(context: &Context) -> Plan {
         Preset::Standard => all,
         Preset::Paper => Plan {
             side: 1024,
+            spots: true,
             brute: &[10, 20, 40, 80, BRUTE, 300, 600, 1200, 2400],
             hybrid: &[4, 8, 16, 32, HYBRID, 100, 200, 400],
             ..all
