@@ -12,7 +12,7 @@
 use airlight_tests::picture::{Pixels, rel_rmse, shadow_err};
 use airlight_tests::view::View;
 use glam::Vec3;
-use scene::{Aabb, Density, DirectionalLight, Light, Medium, Scene, SpotLight};
+use scene::{Aabb, Density, DirectionalLight, Light, Medium, RgbMedium, Scene, SpotLight};
 
 /// Side of the pictures.
 const SIDE: u32 = 48;
@@ -98,6 +98,16 @@ fn spot_light() {
 fn directional_light() {
     let sun = DirectionalLight::new(Vec3::new(0.2, -0.6, 1.0), Vec3::splat(3.0)).unwrap();
     check("slats, sun", &with_light("slats", Light::Directional(sun)));
+}
+
+#[test]
+fn extinction_below_scattering() {
+    // a host may state the two by themselves; the vacuum limit has none beside some scattering
+    let mut view = View::procedural("slats", SIDE);
+    for sigma_t in [0.01, 0.0] {
+        view.medium.coefficients = RgbMedium::with_extinction([0.1; 3], [sigma_t; 3]).unwrap();
+        check("slats, little extinction", &view);
+    }
 }
 
 #[test]

@@ -64,8 +64,7 @@ fn scenes(folder: Option<&Path>) -> String {
     };
     match Setups::load(Some((SCENES, folder))) {
         Ok(setups) => {
-            let count = if setups.has_folder() { setups.sources().len() } else { 0 };
-            format!("{}: {count} of the known scenes", folder.display())
+            format!("{}: {} of the known scenes", folder.display(), setups.given())
         }
         Err(failure) => failure.to_string(),
     }

@@ -106,7 +106,7 @@ struct QualityArgs {
 /// `--backend`.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Backend {
-    /// A GPU of hardware if there is one and it has what is asked, else the CPU.
+    /// A GPU if there is one and it has what is asked, else the CPU; `render` takes one of hardware, `repro` any.
     #[default]
     Auto,
     /// A GPU or nothing.

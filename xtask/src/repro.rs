@@ -84,7 +84,8 @@ pub(crate) fn run(args: &ReproArgs) -> Outcome {
         flags += " --scenes DIR";
     }
     let gpu = match args.backend {
-        Backend::Cpu => None,
+        // one that is named has to be there, as for `render`
+        Backend::Cpu => args.adapter.as_deref().map(|name| gpu::open(Some(name))).transpose()?.and(None),
         Backend::Auto | Backend::Gpu => gpu::open(args.adapter.as_deref())?,
     };
     if gpu.is_none() && args.backend == Backend::Gpu {

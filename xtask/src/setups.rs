@@ -182,37 +182,37 @@ impl Setups {
 
     /// Whether a folder was given that holds at least one of the scenes.
     pub(crate) fn has_folder(&self) -> bool {
-        self.sources().iter().any(|source| !source.is_stand_in)
+        self.given() > 0
     }
 
-    /// The scenes that can be run: with a folder those it holds, else the generated ones.
+    /// How many of the scenes the folder holds.
+    pub(crate) fn given(&self) -> usize {
+        self.sources().iter().filter(|source| !source.is_stand_in).count()
+    }
+
+    /// The scenes that can be run: without any in a folder the generated ones, else those with a file, generated where it is
+    /// not there.
     pub(crate) fn sources(&self) -> Vec<Source> {
         let given = |entry: &Entry| {
             let path = self.folder.as_ref()?.join(entry.file.as_ref()?);
-            path.is_file().then(|| path.display().to_string())
+            let name = path.is_file().then(|| path.display().to_string())?;
+            Some(Source { name, entry: entry.clone(), is_stand_in: false })
         };
-        let from_folder: Vec<Source> = self
-            .entries
-            .iter()
-            .filter_map(|entry| {
-                Some(Source { name: given(entry)?, entry: entry.clone(), is_stand_in: false })
-            })
-            .collect();
-        if !from_folder.is_empty() {
-            return from_folder;
+        if !self.entries.iter().any(|entry| given(entry).is_some()) {
+            return self.stand_ins();
         }
-        self.stand_ins()
+        let with_file = self.entries.iter().filter(|entry| entry.file.is_some());
+        with_file.filter_map(|entry| given(entry).or_else(|| stand_in(entry))).collect()
     }
 
     /// The generated scenes.
     pub(crate) fn stand_ins(&self) -> Vec<Source> {
-        self.entries
-            .iter()
-            .filter_map(|entry| {
-                let name = format!("procedural:{}", entry.stand_in.as_ref()?);
-                Some(Source { name, entry: entry.clone(), is_stand_in: true })
-            })
-            .collect()
+        self.entries.iter().filter_map(stand_in).collect()
+    }
+
+    /// Whether some of the scenes that can be run are generated.
+    pub(crate) fn has_stand_ins(&self) -> bool {
+        self.sources().iter().any(|source| source.is_stand_in)
     }
 
     /// What the file says of every scene.
@@ -224,6 +224,12 @@ impl Setups {
     pub(crate) fn media(&self) -> impl Iterator<Item = (&str, f32)> {
         self.optical_depths.iter().map(|(name, depth)| (name.as_str(), *depth))
     }
+}
+
+/// The generated scene in the place of an entry's file.
+fn stand_in(entry: &Entry) -> Option<Source> {
+    let name = format!("procedural:{}", entry.stand_in.as_ref()?);
+    Some(Source { name, entry: entry.clone(), is_stand_in: true })
 }
 
 impl Source {

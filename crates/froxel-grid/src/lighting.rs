@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 use media_math::PhaseFunction;
-use scene::{AirlightModel, Light, Medium};
+use scene::{AirlightModel, Light, Medium, SpotCone};
 
 use crate::Lit;
 
@@ -15,6 +15,8 @@ const SQUARE: f64 = 0.284;
 pub(crate) struct Lighting<'a> {
     medium: &'a Medium,
     lights: &'a [Light],
+    /// Of the spot lights among them.
+    cones: Vec<Option<SpotCone<'a>>>,
     model: AirlightModel,
     sigma_s: DVec3,
     sigma_t: DVec3,
@@ -49,12 +51,17 @@ impl Place {
     }
 }
 
+fn cone(light: &Light) -> Option<SpotCone<'_>> {
+    if let Light::Spot(light) = light { Some(light.cone()) } else { None }
+}
+
 impl<'a> Lighting<'a> {
     pub(crate) fn new(medium: &'a Medium, lights: &'a [Light], model: AirlightModel) -> Self {
         let wide = |values: [f32; 3]| DVec3::from_array(values.map(f64::from));
         Self {
             medium,
             lights,
+            cones: lights.iter().map(cone).collect(),
             model,
             sigma_s: wide(medium.coefficients.sigma_s()),
             sigma_t: wide(medium.coefficients.sigma_t()),
@@ -85,14 +92,15 @@ impl<'a> Lighting<'a> {
         let mut arriving = DVec3::ZERO;
         for (light, visibility) in visible {
             if visibility > 0.0 {
-                arriving += visibility * self.light(place, &self.lights[light]);
+                arriving += visibility * self.light(place, light);
             }
         }
         density * (self.emission + self.sigma_s * arriving)
     }
 
     /// What a light that nothing shadows adds, by σ_s; units: W/(m²·sr).
-    fn light(&self, place: &Place, light: &Light) -> DVec3 {
+    fn light(&self, place: &Place, index: usize) -> DVec3 {
+        let light = &self.lights[index];
         let point = place.point.as_dvec3();
         let local = |position: Vec3, intensity: DVec3| match self.model {
             AirlightModel::Sun => intensity * place.inverse_square(position),
@@ -104,7 +112,8 @@ impl<'a> Lighting<'a> {
             }
             Light::Spot(light) => {
                 let to = light.position.as_dvec3() - point;
-                (local(light.position, light.intensity_towards(-to)), to)
+                let intensity = self.cones[index].map_or(DVec3::ZERO, |cone| cone.intensity_towards(-to));
+                (local(light.position, intensity), to)
             }
             Light::Directional(light) => (light.irradiance.as_dvec3(), -light.direction.as_dvec3()),
         };

@@ -209,9 +209,10 @@ impl Reference<'_> {
 
     /// The part of a piece, measured from the medium's near side, from which any light is left.
     fn until_opaque(&self, part: Interval) -> Interval {
-        // a channel that is not attenuated is not scattered either
-        let least =
-            self.coefficients.sigma_t().into_iter().filter(|&s| s > 0.0).fold(f64::INFINITY, f64::min);
+        let (sigma_s, sigma_t) = (self.coefficients.sigma_s(), self.coefficients.sigma_t());
+        // a channel that scatters nothing has no say
+        let scattering = sigma_t.into_iter().zip(sigma_s).filter(|(_, sigma_s)| *sigma_s > 0.0);
+        let least = scattering.map(|(sigma_t, _)| sigma_t).fold(f64::INFINITY, f64::min);
         Interval::new(part.start, part.end.min(part.start + OPAQUE / least))
     }
 }
@@ -227,7 +228,15 @@ fn pieces(whole: Interval, cuts: &[f64]) -> impl Iterator<Item = Interval> + '_ 
 pub(crate) fn widen(medium: &scene::Medium) -> (Coefficients, PhaseFunction<f64>) {
     let wide = |c: [f32; 3]| c.map(f64::from);
     let (sigma_s, sigma_a) = (wide(medium.coefficients.sigma_s()), wide(medium.coefficients.sigma_a()));
+    let sigma_t = wide(medium.coefficients.sigma_t());
+    // the sum has more digits, but where less is lost than scattered it is not what was asked for
+    let is_sum = (0..3).all(|c| sigma_t[c] >= sigma_s[c]);
+    let coefficients = if is_sum {
+        Coefficients::new(sigma_s, sigma_a)
+    } else {
+        Coefficients::with_extinction(sigma_s, sigma_t)
+    };
     // a valid f32 medium is a valid f64 medium
-    let coefficients = Coefficients::new(sigma_s, sigma_a).unwrap_or_else(|_| Coefficients::clear());
+    let coefficients = coefficients.unwrap_or_else(|_| Coefficients::clear());
     (coefficients, medium.phase.widen())
 }

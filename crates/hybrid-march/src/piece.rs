@@ -4,7 +4,7 @@ use glam::Vec3;
 use media_math::{
     Foot, HomogeneousMedium, PhaseFunction, airlight, airlight_anisotropic, directional_airlight,
 };
-use scene::{DRay, Interval, Light, Medium, SpotLight};
+use scene::{DRay, Interval, Light, Medium, SpotCone, SpotLight};
 
 /// The least extinction of the channels that are attenuated at all; infinite in clear air.
 pub(crate) fn least_extinction(coefficients: &HomogeneousMedium<f32, [f32; 3]>) -> f64 {
@@ -26,6 +26,8 @@ pub(crate) struct Piece<'a> {
     coefficients: HomogeneousMedium<f32, [f32; 3]>,
     phase: PhaseFunction<f32>,
     light: &'a Light,
+    /// Of a spot light.
+    cone: Option<SpotCone<'a>>,
     ray: DRay,
     foot: Foot<f32>,
     /// Phase value of a directional light.
@@ -52,10 +54,12 @@ impl<'a> Piece<'a> {
                 (Foot { x_foot: 0.0, h: 1.0 }, phase as f32)
             }
         };
+        let cone = if let Light::Spot(light) = light { Some(light.cone()) } else { None };
         Self {
             coefficients: medium.coefficients,
             phase: medium.phase,
             light,
+            cone,
             ray: *ray,
             foot,
             sun_phase,
@@ -142,7 +146,8 @@ impl<'a> Piece<'a> {
         match self.light {
             Light::Point(light) => light.intensity,
             Light::Spot(light) => {
-                light.intensity_towards(self.ray.at(x) - light.position.as_dvec3()).as_vec3()
+                let w = self.ray.at(x) - light.position.as_dvec3();
+                self.cone.map_or(Vec3::ZERO, |cone| cone.intensity_towards(w).as_vec3())
             }
             Light::Directional(light) => light.irradiance,
         }

@@ -16,7 +16,7 @@
 
 use glam::{DVec3, Vec3};
 use media_math::{Foot, airlight, directional_airlight};
-use scene::{AirlightModel, DRay, Interval, LightId, Medium, Refusal, SpotLight};
+use scene::{AirlightModel, DRay, Interval, LightId, Medium, Refusal, SpotCone, SpotLight};
 
 use crate::{LightMips, Marched, Occluders};
 
@@ -42,6 +42,7 @@ pub enum Placement {
 pub struct TexturedMarch<'a> {
     medium: &'a Medium,
     light: &'a SpotLight,
+    cone: SpotCone<'a>,
     id: LightId,
     /// The light's picture at every size; `None`: the picture itself at each step's middle.
     pub mips: Option<&'a LightMips>,
@@ -102,6 +103,7 @@ impl<'a> TexturedMarch<'a> {
         Ok(Self {
             medium,
             light,
+            cone: light.cone(),
             id,
             mips: None,
             occluders: None,
@@ -250,7 +252,7 @@ impl<'a> TexturedMarch<'a> {
         let coefficients = &self.medium.coefficients;
         let factor = |x: f64| {
             let w = aspect.light_to(x);
-            let falloff = self.light.falloff(w.dot(self.light.direction.as_dvec3()) / w.length());
+            let falloff = self.cone.falloff(w.dot(self.light.direction.as_dvec3()) / w.length());
             match self.model {
                 AirlightModel::Sun => falloff,
                 AirlightModel::HoffmanPreetham => falloff * self.phase(aspect, w),
@@ -280,7 +282,7 @@ impl<'a> TexturedMarch<'a> {
 
     /// The picture's mean colour over a step.
     fn colour(&self, aspect: &Aspect, step: Step) -> DVec3 {
-        let point = |x: f64| self.light.texture_coordinates(aspect.light_to(x));
+        let point = |x: f64| self.cone.texture_coordinates(aspect.light_to(x));
         if let Some(mips) = self.mips {
             return mips.line(point(step.start), point(step.end));
         }

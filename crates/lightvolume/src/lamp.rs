@@ -141,12 +141,13 @@ impl<'a, T: Real> Lamp<'a, T> {
         let to_light = from_foot.hypot(h);
         let r0 = if from_foot < 0.0 { h * (h / (to_light - from_foot)) } else { to_light + from_foot };
         let (x0, x1) = (T::lit(piece.start), T::lit(piece.end));
+        let cone = light.cone();
         let sum: [T; 3] =
             inverse_square_integral(phase, &self.narrow_foot(), x0, x1, sigma_t.min_channel(), |node| {
                 let excess = node.path_excess.widen();
                 let x = piece.start + 0.5 * excess * (1.0 + (h / (r0 + excess)) * (h / r0));
                 let towards = self.ray.at(x.min(piece.end)) - light.position.as_dvec3();
-                let intensity = light.intensity_towards(towards).to_array().map(T::lit);
+                let intensity = cone.intensity_towards(towards).to_array().map(T::lit);
                 intensity.times(sigma_t.map(|sigma_t| (-sigma_t * node.path_excess).exp()))
             });
         let half = self.haze.transmittance(0.5 * (piece.start + to_light));

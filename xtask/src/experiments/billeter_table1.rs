@@ -204,8 +204,8 @@ fn notes(context: &Context, plan: &Plan) -> Vec<String> {
     if context.gpu.is_none() {
         notes.push("There is no GPU adapter: the smallest map is tessellated on the CPU, which draws nothing and meets the triangles with rays.".into());
     }
-    if !context.setups.has_folder() {
-        notes.push("No scenes folder was given: the columned hall stands in for sponza and a knot of as many triangles for Yeah Right, and the paper's figures are not theirs.".into());
+    if context.setups.has_stand_ins() {
+        notes.push("Where models were not given, the columned hall stands in for sponza and a knot of as many triangles for Yeah Right, and the paper's figures are not theirs.".into());
     }
     notes.extend(clock_note(context));
     notes

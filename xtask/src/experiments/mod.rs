@@ -71,7 +71,7 @@ pub(crate) enum Preset {
     Smoke,
     /// All experiments in under ten minutes, sizes scaled down.
     Quick,
-    /// 512² pictures, all scenes.
+    /// Pictures of 512² where the experiment is not about others, all scenes.
     Standard,
     /// The paper's resolution and sample counts.
     Paper,

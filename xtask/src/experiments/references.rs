@@ -1,17 +1,17 @@
 //! Exact pictures, kept between runs by a hash of what they depend on.
 //!
 //! They take the larger part of an experiment's time and do not change between its runs. What one depends on is the program
-//! that computes it and everything that its stage holds; each build therefore has a folder of its own beside the program, and
-//! the folders of earlier builds are removed. What cannot be kept or read back is computed: nothing fails for want of it.
+//! that computes it and what the exact techniques read of their stage; each build therefore has a folder of its own beside the
+//! program, and the folders of other builds are removed. What cannot be kept or read back is computed: nothing fails for want of
+//! it.
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::time::UNIX_EPOCH;
 
 use sha2::{Digest, Sha256};
 
 use super::measure::picture;
-use crate::airlight::Stage;
+use crate::airlight::{self, Stage};
 use crate::failure::Outcome;
 use crate::image_file::Image;
 use crate::output_file;
@@ -19,6 +19,9 @@ use crate::technique::Technique;
 
 /// Beside the program, and in it one folder for each build.
 const FOLDER: &str = "airlight-references";
+
+/// What a reader must know of their times.
+pub(super) const NOTE: &str = "Exact pictures are kept between runs of one build: the times beside them are those of the run that computed them.";
 
 /// Where exact pictures are kept.
 #[derive(Debug, Clone, Default)]
@@ -62,12 +65,10 @@ impl References {
     }
 }
 
-/// The folder of the build that `program` is, made anew and without its elder siblings.
+/// The folder of the build that `program` is, and no other beside it.
 fn build_folder(program: &Path) -> Option<PathBuf> {
-    let about = fs::metadata(program).ok()?;
-    let built = about.modified().ok()?.duration_since(UNIX_EPOCH).ok()?;
     let all = program.parent()?.join(FOLDER);
-    let own = all.join(format!("{:x}-{:x}", about.len(), built.as_nanos()));
+    let own = all.join(hex(&Sha256::digest(fs::read(program).ok()?)));
     for other in fs::read_dir(&all).into_iter().flatten().flatten().map(|entry| entry.path()) {
         if other != own {
             // another run may be removing it, too
@@ -78,16 +79,14 @@ fn build_folder(program: &Path) -> Option<PathBuf> {
     Some(own)
 }
 
-/// A hash of everything that a stage's picture depends on but the program.
+/// A hash of everything that an exact technique's picture depends on but the program.
 fn key(stage: &Stage<'_>, technique: Technique) -> String {
     let Stage { setup, bvh, options, rays, maps, further: _, tick: _ } = stage;
     let mut hash = Sha256::new();
     // numbers print as the shortest text that reads back as the same
-    hash.update(format!(
-        "{technique:?} {options:?} {:?} {:?} {:?} ",
-        setup.camera, setup.model, setup.medium
-    ));
-    hash.update(format!("{:?} {:?}", setup.lights, setup.scene.materials));
+    let (settings, sampling) = (airlight::settings(setup, options), technique.sampling(options.sampling));
+    hash.update(format!("{technique:?} {settings:?} {sampling:?} {:?} {:?} ", options.size, setup.camera));
+    hash.update(format!("{:?} {:?} {:?}", setup.medium, setup.lights, setup.scene.materials));
     for triangle in bvh.triangles() {
         for corner in triangle.corners {
             hash.update(bytemuck::bytes_of(&corner.to_array()));
@@ -97,6 +96,10 @@ fn key(stage: &Stage<'_>, technique: Technique) -> String {
     for index in 0..rays.ends.len() {
         hash.update(rays.end(index, f64::INFINITY).to_le_bytes());
     }
+    if technique == Technique::Exact {
+        return hex(&hash.finalize());
+    }
+    hash.update(format!("{:?}", options.map.surface));
     for map in &maps.maps {
         match map {
             None => hash.update("no map"),
@@ -106,20 +109,30 @@ fn key(stage: &Stage<'_>, technique: Technique) -> String {
             }
         }
     }
-    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+    hex(&hash.finalize())
 }
 
-/// Time and pixels as a file holds them.
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// Time and pixels as a file holds them, after a hash of them.
 fn bytes(kept: &Kept) -> Vec<u8> {
     let mut bytes = kept.ms.to_le_bytes().to_vec();
     bytes.extend(kept.image.pixels.iter().flatten().flat_map(|value| value.to_le_bytes()));
+    let hash = Sha256::digest(&bytes);
+    bytes.splice(..0, hash);
     bytes
 }
 
 /// What a file holds, if it is whole.
 fn read(path: &Path, (width, height): (u32, u32)) -> Option<Kept> {
     let bytes = fs::read(path).ok()?;
-    let (ms, values) = bytes.split_first_chunk::<8>()?;
+    let (hash, content) = bytes.split_first_chunk::<32>()?;
+    if Sha256::digest(content)[..] != hash[..] {
+        return None;
+    }
+    let (ms, values) = content.split_first_chunk::<8>()?;
     let (pixels, rest) = values.as_chunks::<12>();
     if !rest.is_empty() || pixels.len() as u64 != u64::from(width) * u64::from(height) {
         return None;
@@ -136,11 +149,11 @@ fn read(path: &Path, (width, height): (u32, u32)) -> Option<Kept> {
 mod tests {
     use super::*;
     use crate::experiments::measure::base;
-    use crate::maps::Maps;
+    use crate::maps::{MapSurface, Maps};
     use crate::scene_args::SceneArgs;
     use crate::technique::Options;
     use crate::view_rays::ViewRays;
-    use scene::{Bvh, Light};
+    use scene::{AirlightModel, Bvh, Light};
 
     struct Scene {
         setup: crate::scene_args::Setup,
@@ -175,7 +188,12 @@ mod tests {
         let usual = Scene::new(8).key(technique);
         assert_eq!(usual, Scene::new(8).key(technique), "the same anew");
         assert_ne!(usual, Scene::new(8).key(Technique::Exact));
-        let changes: [(&str, fn(&mut Scene)); 8] = [
+        // what is exact on the geometry does not look at the map
+        let mut other_map = Scene::new(8);
+        (other_map.options.map.side, other_map.options.samples) = (64, Some(3));
+        assert_eq!(other_map.key(Technique::Exact), Scene::new(8).key(Technique::Exact));
+        type Change = fn(&mut Scene);
+        let changes: [(&str, Change); 10] = [
             ("size", |scene| *scene = Scene::new(9)),
             ("shadows", |scene| scene.options.shadows_in_medium = false),
             ("camera", |scene| scene.setup.camera.position.x += 1e-3),
@@ -186,6 +204,8 @@ mod tests {
                 Light::Directional(light) => light.irradiance.x += 1e-3,
             }),
             ("map", |scene| scene.maps = Maps::none(1)),
+            ("model", |scene| scene.setup.model = AirlightModel::HoffmanPreetham),
+            ("surface", |scene| scene.options.map.surface = MapSurface::Linear),
             ("a mesh", |scene| {
                 let other = SceneArgs::default().resolve("procedural:wall").unwrap();
                 scene.bvh = Bvh::build(&other.scene).unwrap();
@@ -209,15 +229,18 @@ mod tests {
         let again = references.picture(&scene.stage(), Technique::Exact).unwrap();
         assert_eq!((first.image.pixels, first.ms), (again.image.pixels.clone(), again.ms));
         // it is the file that is read: another time in it comes back
-        let mut bytes = fs::read(&path).unwrap();
-        bytes[..8].copy_from_slice(&12.5_f64.to_le_bytes());
-        fs::write(&path, &bytes).unwrap();
+        let other = bytes(&Kept { ms: 12.5, ..again.clone() });
+        fs::write(&path, &other).unwrap();
         assert_eq!(references.picture(&scene.stage(), Technique::Exact).unwrap().ms, 12.5);
-        // cut short, it is computed anew and mended
-        fs::write(&path, &bytes[..bytes.len() - 5]).unwrap();
-        let mended = references.picture(&scene.stage(), Technique::Exact).unwrap();
-        assert!(mended.ms != 12.5 && mended.image.pixels == again.image.pixels);
-        assert_eq!(fs::read(&path).unwrap().len(), bytes.len());
+        // cut short or with other content, it is computed anew and mended
+        let mut changed = other.clone();
+        changed[100] ^= 1;
+        for spoilt in [&other[..other.len() - 5], &changed] {
+            fs::write(&path, spoilt).unwrap();
+            let mended = references.picture(&scene.stage(), Technique::Exact).unwrap();
+            assert!(mended.ms != 12.5 && mended.image.pixels == again.image.pixels);
+            assert_eq!(fs::read(&path).unwrap().len(), other.len());
+        }
     }
 
     #[test]

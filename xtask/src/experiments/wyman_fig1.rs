@@ -8,6 +8,7 @@ use scene::{AirlightModel, Light, SpotLight};
 
 use super::counts::for_all_pixels;
 use super::measure::{Arena, Measured, Setting, base};
+use super::references;
 use super::shown::{Shown, clock_note, display_scale, slug};
 use super::{Context, Preset, experiment, gpu_or_cpu};
 use crate::failure::{Failure, Outcome};
@@ -108,6 +109,7 @@ pub(super) fn run(context: &Context) -> Outcome<Section> {
         "Pictures are {side}×{side}, surfaces lit with shadow rays and weakened by the fog; times are those of the fog alone, with silhouettes found anew in every frame, and the same surfaces are in every picture. Errors are those of the whole pictures; shadow error is a share of what shadows in the fog change."
     ));
     found.notes.push("The hall is lit through a window in Hoffman and Preetham's model, as the paper's coloured pictures are; the others in Sun's. The hybrid takes 48 steps between faces and 24 in light before and behind them, brute force 150 through the whole cone: what the hybrid errs in the hall is the window's picture in light, of which it takes fewer steps, and little of it is shadow. Lookups are questions for visibility alone.".into());
+    found.notes.push(references::NOTE.into());
     found.notes.extend(clock_note(context));
     section.experiment = found;
     Ok(section)

@@ -7,6 +7,7 @@ use scene::{Interval, Light, LightId, LitIntervals};
 use super::counts::for_all_pixels;
 use super::equal_error::interpolate;
 use super::measure::{self, Arena, Measured, Setting};
+use super::references;
 use super::shown::{self, clock_note, display_scale, slug};
 use super::{Context, Preset, experiment, gpu_or_cpu, wyman_fig7_options};
 use crate::failure::Outcome;
@@ -156,6 +157,7 @@ pub(super) fn run(context: &Context) -> Outcome<Section> {
     }
     wyman_fig7_options::run(context, &plan, depth, &mut found, &mut section)?;
     found.notes.extend(notes(&plan));
+    found.notes.push(references::NOTE.into());
     found.notes.extend(clock_note(context));
     section.experiment = found;
     Ok(section)

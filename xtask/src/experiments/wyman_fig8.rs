@@ -6,6 +6,7 @@ use scene::AirlightModel;
 
 use super::counts::LIT_NOTE;
 use super::measure::{Arena, Measured, Setting};
+use super::references;
 use super::shown::{clock_note, display_scale, slug};
 use super::wyman_bench::{self, lit, model_name, panels};
 use super::{Context, Preset, experiment, gpu_or_cpu};
@@ -238,6 +239,7 @@ fn notes(context: &Context, plan: &Plan) -> Vec<String> {
         "What remains of both marches' errors at full resolution is mostly the map's: see rel_rmse_on_map beside rel_rmse.".into(),
         LIT_NOTE.into(),
     ];
+    notes.push(references::NOTE.into());
     notes.extend(clock_note(context));
     notes
 }

@@ -447,8 +447,8 @@ fn notes(context: &Context, plan: &Plan) -> Vec<String> {
     if context.gpu.is_none() {
         notes.push("The CPU has smaller pictures and fewer sample counts, and extrudes shadow volumes in every frame.".into());
     }
-    if !context.setups.has_folder() {
-        notes.push("No scenes folder was given: generated scenes of the papers' triangle counts stand in for the models, and their times must not be compared with the paper's rows as if they were the same.".into());
+    if context.setups.has_stand_ins() {
+        notes.push("Generated scenes of the papers' triangle counts stand in for models that were not given, and their times must not be compared with the paper's rows as if they were the same.".into());
     }
     notes
 }

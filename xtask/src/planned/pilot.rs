@@ -4,6 +4,7 @@
 //! setting's airlight on them is compared with the exact one; how much the share of few rays may be off is part of the
 //! answer. What interpolation between rays errs by is seen on neighbouring pixels alone: on tiles (`sampled.rs`).
 
+use std::rc::Rc;
 use std::time::Instant;
 
 use glam::DVec3;
@@ -102,7 +103,7 @@ pub(crate) struct Pilot<'a> {
     rays_each: f64,
     exact: Vec<DVec3>,
     unshadowed: Vec<DVec3>,
-    maps: Vec<(MapOptions, Maps)>,
+    maps: Vec<(MapOptions, Rc<Maps>)>,
     /// Tiles of the picture, by the map that shadows them; without any where nothing is exact on a map.
     tiles: Vec<(MapOptions, Option<Tiles>)>,
     no_maps: Maps,
@@ -112,7 +113,7 @@ pub(crate) struct Pilot<'a> {
     /// What was judged, by technique and options.
     known: Vec<(String, (Estimate, CpuTime))>,
     /// With [`MORE_RAYS`], where it was asked.
-    finer: Option<Box<Pilot<'a>>>,
+    finer: Option<Box<Self>>,
     on_map: bool,
     /// What one exact picture of the large size would take on the CPU; units: ms.
     pub(crate) exact_ms: f64,
@@ -125,7 +126,7 @@ impl<'a> Pilot<'a> {
     /// Where `on_map`, what is exact is so with respect to the map of the options.
     pub(crate) fn new(setup: &'a Setup, bvh: &'a Bvh, options: &Options, on_map: bool) -> Outcome<Self> {
         let rays = if setup.medium.is_homogeneous() { RAYS } else { FEW_RAYS };
-        Self::with_rays(setup, bvh, options, on_map, rays)
+        Self::with_rays(setup, bvh, options, on_map, rays, Vec::new())
     }
 
     fn with_rays(
@@ -134,6 +135,7 @@ impl<'a> Pilot<'a> {
         options: &Options,
         on_map: bool,
         rays: f64,
+        maps: Vec<(MapOptions, Rc<Maps>)>,
     ) -> Outcome<Self> {
         let started = Instant::now();
         let analytic = setup.medium.is_homogeneous();
@@ -146,7 +148,7 @@ impl<'a> Pilot<'a> {
         };
         let area = |(width, height): (u32, u32)| f64::from(width) * f64::from(height);
         let rays_each = area(options.size) / area(size);
-        let (exact, unshadowed, maps, exact_ms) = (Vec::new(), Vec::new(), Vec::new(), 0.0);
+        let (exact, unshadowed, exact_ms) = (Vec::new(), Vec::new(), 0.0);
         let (tiles, known, whole) = (Vec::new(), Vec::new(), options.size);
         let mut pilot = Self {
             setup,
@@ -215,10 +217,12 @@ impl<'a> Pilot<'a> {
             Some(finer) => finer,
             None => {
                 let base = Options { size: self.whole, ..self.base };
-                let finer = Self::with_rays(self.setup, self.bvh, &base, self.on_map, MORE_RAYS)?;
-                Box::new(Self { maps: self.maps.clone(), ..finer })
+                let Self { setup, bvh, on_map, ref maps, .. } = *self;
+                Box::new(Self::with_rays(setup, bvh, &base, on_map, MORE_RAYS, maps.clone())?)
             }
         };
+        // those that were drawn since
+        finer.maps.clone_from(&self.maps);
         let judged = finer.judge(technique, options);
         self.finer = Some(finer);
         Ok(judged?.0)
@@ -236,7 +240,7 @@ impl<'a> Pilot<'a> {
                 let options = Options { size: self.whole, map, ..self.base };
                 let drawn = self.maps.iter().find(|(drawn, _)| *drawn == map);
                 let trace =
-                    |(_, maps): &(MapOptions, Maps)| Tiles::trace(self.setup, self.bvh, &options, maps);
+                    |(_, maps): &(MapOptions, Rc<Maps>)| Tiles::trace(self.setup, self.bvh, &options, maps);
                 drawn.map(trace).transpose()?
             } else {
                 None
@@ -284,7 +288,7 @@ impl<'a> Pilot<'a> {
 
     fn draw(&mut self, map: MapOptions) -> Outcome<()> {
         if self.maps.iter().all(|(drawn, _)| *drawn != map) {
-            self.maps.push((map, Maps::draw(self.setup, &map)?));
+            self.maps.push((map, Rc::new(Maps::draw(self.setup, &map)?)));
         }
         Ok(())
     }
