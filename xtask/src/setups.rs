@@ -332,6 +332,22 @@ mod tests {
     }
 
     #[test]
+    fn generated_scenes_stand_in_for_files_that_are_not_there() {
+        let folder = tempfile::tempdir().unwrap();
+        let load = || Setups::load(Some(("--scenes", folder.path()))).unwrap();
+        let names = |setups: &Setups| setups.sources().iter().map(Source::title).collect::<Vec<_>>();
+        let all_generated = names(&load());
+        assert!(load().given() == 0 && all_generated.contains(&"procedural:fence".to_owned()));
+        std::fs::write(folder.path().join("sponza_dabrovic_66k.glb"), "").unwrap();
+        let one = load();
+        assert!(one.given() == 1 && one.has_folder() && one.has_stand_ins());
+        let titles = names(&one);
+        assert!(titles.contains(&"sponza".to_owned()) && titles.contains(&"procedural:sphere".to_owned()));
+        // what only ever is generated is for where nothing else is
+        assert!(!titles.iter().any(|title| title == "procedural:hall" || title == "procedural:fence"));
+    }
+
+    #[test]
     fn shadows_matter_in_every_generated_set_up() {
         let setups = Setups::load(None).unwrap();
         for source in setups.sources() {

@@ -43,7 +43,7 @@ fn plan(preset: Preset) -> Plan {
             side: 256,
             map: 512,
             samples: &[10, 30, 100, 300, 1000, 2000],
-            maps: &[256, 512, 1024, 2048, 4096],
+            maps: &[256, 2048],
             scenes: 2,
         },
         Preset::Standard => {

@@ -219,7 +219,7 @@ fn notes(context: &Context, plan: &Plan) -> Vec<String> {
     let mut notes = vec![
         format!("Pictures are {0}×{0}, airlight only. All settings of a set-up take turns, the light moving in every frame: pyramids, silhouettes and tessellations are made anew.", plan.side),
         format!("Errors against the map are those of what reads the given map of {0}² texels (of each face), against the exact picture of that map in the meaning that it is read in. Against the geometry, any map may be drawn; drawing it is no part of the time, as for all techniques.", plan.sweep.map),
-        "The planner is asked for 5, 1 and 0.2 %. A pilot measures the error of its candidates on some ten thousand rays, and on tiles of the picture what interpolation between few rays errs by and how many they are; without a pilot it goes by the errors that techniques usually have, and counts interpolation as all that it is allowed. What it chooses is measured with the others; choosing is no part of the time.".into(),
+        "The planner is asked for 5, 1 and 0.2 %. A pilot measures the error of its candidates on 16 384 rays, or 65 536 where those leave a doubt, and on the picture or tiles of it what interpolation between few rays errs by and how many they are; without a pilot it goes by the errors that techniques usually have, and counts interpolation as all that it is allowed. What it chooses is measured with the others; choosing is no part of the time.".into(),
         "Froxels end with the scene: light that is scattered behind it, as far as view rays go, is part of their error.".into(),
     ];
     notes.extend(clock_note(context));

@@ -1,10 +1,10 @@
 //! What a picture is made with: a technique, its settings and its map, cheap enough and within the target error.
 //!
 //! What can be chosen, and what it costs, is known to `gpu_backend::planner`; what error it has on this scene is measured
-//! by a pilot: that of the technique on rays from all over the picture, that of interpolation between few rays on tiles of
-//! it. Candidates are asked in the order of their predicted cost. The first that are safely within the target draw a frame
-//! on the GPU if there is one; on the CPU the pilot has their times already. The fastest is taken. Where none is within the
-//! target, the exact reference on the CPU is left.
+//! by a pilot: that of the technique on rays from all over the picture, more of them where they leave a doubt, that of
+//! interpolation between few rays on tiles of it. Candidates are asked in the order of their predicted cost. The first that
+//! are safely within the target draw frames in turns on the GPU if there is one; on the CPU the pilot has their times already.
+//! The fastest is taken. Where none is within the target, the exact reference on the CPU is left.
 
 mod candidates;
 mod pilot;
@@ -231,7 +231,7 @@ pub(crate) fn plan(
     let most_ms = if on_the_cpu { pilot.exact_ms } else { f64::INFINITY };
     let (within, nearest) = within_target(&mut pilot, all, target_error, device, most_ms)?;
     let mut best = match gpu {
-        Some(gpu) if within.len() > 1 => Some(fastest(gpu, &mut pilot, within)),
+        Some(gpu) if within.len() > 1 => Some(fastest(gpu, &mut pilot, within)?),
         None => within
             .into_iter()
             .min_by(|a, b| a.ms.total_cmp(&b.ms))
@@ -335,19 +335,21 @@ fn within_target(
     Ok((within, nearest))
 }
 
-/// The one whose frame takes the least time on a GPU: what is predicted is known within a factor of two.
-fn fastest(gpu: &GpuContext, pilot: &mut Pilot<'_>, mut within: Vec<Judged>) -> Judged {
+/// The one whose frames take the least time on a GPU: what is predicted is known within a factor of two.
+fn fastest(gpu: &GpuContext, pilot: &mut Pilot<'_>, mut within: Vec<Judged>) -> Outcome<Judged> {
+    let candidates: Vec<&Candidate> = within.iter().map(|judged| &judged.candidate).collect();
+    let times = timed::times(gpu, pilot, &candidates)?;
     let mut fastest = (f64::INFINITY, 0);
-    for (index, Judged { candidate, .. }) in within.iter().enumerate() {
+    for (index, (Judged { candidate, .. }, ms)) in within.iter().zip(times).enumerate() {
         // what a GPU cannot hold is left out, and refused by the frame itself where nothing else is left
-        let Ok(ms) = timed::time(gpu, pilot, candidate) else { continue };
+        let Some(ms) = ms else { continue };
         let (name, predicted) = (candidate.technique.name(), candidate.predicted_ms);
         tracing::debug!("{name} in {ms:.1} ms, {predicted:.1} ms predicted");
         if ms < fastest.0 {
             fastest = (ms, index);
         }
     }
-    within.swap_remove(fastest.1)
+    Ok(within.swap_remove(fastest.1))
 }
 
 /// Measures what few rays err by and how many they are, for candidates on the smallest maps that are good enough, and leaves

@@ -14,7 +14,7 @@ use scene::Bvh;
 use super::sampled::{Sampled, Tiles};
 
 use crate::airlight::{Airlight, Stage};
-use crate::failure::Outcome;
+use crate::failure::{Failure, Outcome};
 use crate::maps::{MapOptions, Maps};
 use crate::scene_args::Setup;
 use crate::technique::{self, Options, Technique, VisibilitySource};
@@ -251,24 +251,29 @@ impl<'a> Pilot<'a> {
         tiles.map(|tiles| tiles.judge(adaptive)).transpose()
     }
 
-    /// The view rays of the whole picture, and the maps that a technique reads.
+    /// Traces the view rays of the whole picture, and draws the maps that a technique reads.
     ///
     /// Fails where a map cannot be drawn.
-    pub(crate) fn full_size(
-        &mut self,
-        technique: Technique,
-        options: &Options,
-    ) -> Outcome<(&ViewRays, &Maps)> {
-        let reads = options.shadows_in_medium && technique.reads_maps(options.visibility);
-        if reads {
+    pub(crate) fn make_ready(&mut self, technique: Technique, options: &Options) -> Outcome<()> {
+        if options.shadows_in_medium && technique.reads_maps(options.visibility) {
             self.draw(options.map)?;
         }
-        let rays = self.all_rays.get_or_insert_with(|| {
+        self.all_rays.get_or_insert_with(|| {
             let rays = ViewRays::trace(&self.setup.camera, self.bvh, self.whole);
             self.base.froxels.range.map(|range| rays.up_to(range)).unwrap_or(rays)
         });
-        let drawn = self.maps.iter().find(|(drawn, _)| reads && *drawn == options.map);
-        Ok((rays, drawn.map_or(&self.no_maps, |(_, maps)| maps)))
+        Ok(())
+    }
+
+    /// What [`Self::make_ready`] made for a technique; fails where it was not asked.
+    pub(crate) fn full_size(&self, technique: Technique, options: &Options) -> Outcome<(&ViewRays, &Maps)> {
+        let unready = || Failure::program("the pilot's picture is not ready");
+        let rays = self.all_rays.as_ref().ok_or_else(unready)?;
+        if !options.shadows_in_medium || !technique.reads_maps(options.visibility) {
+            return Ok((rays, &self.no_maps));
+        }
+        let drawn = self.maps.iter().find(|(drawn, _)| *drawn == options.map);
+        Ok((rays, &drawn.ok_or_else(unready)?.1))
     }
 
     /// What is pictured.
