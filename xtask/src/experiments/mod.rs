@@ -69,7 +69,7 @@ mod wyman_table1;
 pub(crate) enum Preset {
     /// All experiments in under two minutes, for tests.
     Smoke,
-    /// All experiments in under ten minutes, sizes scaled down.
+    /// All experiments in about ten minutes, sizes scaled down.
     Quick,
     /// Pictures of 512² where the experiment is not about others, all scenes.
     Standard,
