@@ -94,7 +94,7 @@ impl Scale {
         let of = |size, viewers| Self { size, tile: 2, viewers };
         match context.preset {
             Preset::Smoke => of((32, 18), &[1, 2]),
-            Preset::Quick => of((64, 36), &[1, 2, 4]),
+            Preset::Quick => of((64, 36), &[1, 8]),
             Preset::Standard => of((128, 72), VIEWERS),
             Preset::Paper => Self { size: (1920, 1080), tile: 8, viewers: VIEWERS },
         }
