@@ -17,6 +17,7 @@ mod froxels;
 mod gpu;
 mod image_file;
 mod maps;
+mod median;
 mod metrics;
 mod output_file;
 mod planned;

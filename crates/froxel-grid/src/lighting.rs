@@ -51,17 +51,13 @@ impl Place {
     }
 }
 
-fn cone(light: &Light) -> Option<SpotCone<'_>> {
-    if let Light::Spot(light) = light { Some(light.cone()) } else { None }
-}
-
 impl<'a> Lighting<'a> {
     pub(crate) fn new(medium: &'a Medium, lights: &'a [Light], model: AirlightModel) -> Self {
         let wide = |values: [f32; 3]| DVec3::from_array(values.map(f64::from));
         Self {
             medium,
             lights,
-            cones: lights.iter().map(cone).collect(),
+            cones: lights.iter().map(Light::cone).collect(),
             model,
             sigma_s: wide(medium.coefficients.sigma_s()),
             sigma_t: wide(medium.coefficients.sigma_t()),

@@ -88,10 +88,9 @@ impl Reference<'_> {
             let path = |x: f64| self.medium.light_path(ray.at(x), light);
             // linear: any two points inside give it
             let (a, b) = (start + 0.25 * (end - start), start + 0.75 * (end - start));
-            let slope = (path(b) - path(a)) / (b - a);
-            // along a face rounding decides which points are inside, and no way is shorter than none
-            let at_start = (path(a) + slope * (start - a)).max(0.0);
-            let slope = slope.max(-at_start / (end - start));
+            // between two cuts a rounding apart there is only one
+            let slope = if b > a { (path(b) - path(a)) / (b - a) } else { 0.0 };
+            let at_start = path(a) + slope * (start - a);
             let airlight =
                 directional_airlight_slab(&self.coefficients, phase, irradiance, start, end, at_start, slope);
             sum + DVec3::from(airlight)

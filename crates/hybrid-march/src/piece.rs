@@ -54,12 +54,11 @@ impl<'a> Piece<'a> {
                 (Foot { x_foot: 0.0, h: 1.0 }, phase as f32)
             }
         };
-        let cone = if let Light::Spot(light) = light { Some(light.cone()) } else { None };
         Self {
             coefficients: medium.coefficients,
             phase: medium.phase,
             light,
-            cone,
+            cone: light.cone(),
             ray: *ray,
             foot,
             sun_phase,

@@ -119,6 +119,13 @@ impl PointLight {
     }
 }
 
+impl Light {
+    /// The cone of a spot light.
+    pub fn cone(&self) -> Option<SpotCone<'_>> {
+        if let Self::Spot(light) = self { Some(light.cone()) } else { None }
+    }
+}
+
 impl SpotLight {
     /// A spot light at `position` that shines along `direction`; half-angles in radians, `intensity` in W/sr.
     ///

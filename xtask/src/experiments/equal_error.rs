@@ -1,11 +1,5 @@
 //! Times at equal error.
 
-/// The middle of sorted values.
-pub(super) fn median(sorted: &[f64]) -> Option<f64> {
-    let n = sorted.len();
-    (n > 0).then(|| 0.5 * (sorted[(n - 1) / 2] + sorted[n / 2]))
-}
-
 /// The x at which a falling curve of (x, error) first reaches `target`, interpolated in logarithms.
 pub(super) fn interpolate(points: impl Iterator<Item = (f64, f64)>, target: f64) -> Option<f64> {
     let mut before: Option<(f64, f64)> = None;

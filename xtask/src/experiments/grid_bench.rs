@@ -5,12 +5,12 @@ use std::collections::BTreeMap;
 use froxel_grid::{Counts, Froxels, GridMemory, Near, SharedGrid, Update};
 use gpu_backend::GpuContext;
 
-use super::equal_error::median;
 use super::grid_stand::{Stand, pictures};
 use super::measure::{WARM_FRAMES, in_turns};
 use crate::failure::Outcome;
 use crate::froxels::{Engine, Eye};
 use crate::image_file::Image;
+use crate::median::median;
 use crate::metrics::{self, Metrics};
 use crate::report::data::Row;
 

@@ -176,7 +176,7 @@ fn rows<'a>(scene: &'a str, case: &'a Case) -> impl Iterator<Item = Row> + 'a {
     case.levels.iter().map(move |level| {
         let mut row = Row::new(format!("{scene}, {}", case.medium), "froxels");
         row.triangles = Some(case.setup.scene.triangle_count() as u64);
-        let ms = super::equal_error::median(&level.times);
+        let ms = crate::median::median(&level.times);
         (row.ms_scatter, row.ms_frame) = (ms, ms);
         (row.ms_min, row.ms_max) = (level.times.first().copied(), level.times.last().copied());
         row.frames = Some(WARM_FRAMES as u32);
@@ -251,7 +251,7 @@ fn table(scene: &str, cases: &[Case]) -> Table {
             }
             cells.push(report::error(rmse(level)));
             cells.push(report::error(shadow(level)));
-            cells.push(report::time(super::equal_error::median(&level.times)));
+            cells.push(report::time(crate::median::median(&level.times)));
         }
         table.push(cells);
     }

@@ -7,7 +7,6 @@ use gpu_backend::GpuContext;
 use rayon::prelude::*;
 use serde_json::json;
 
-use super::equal_error::median;
 use super::hard_case_list::{Case, Weight, cases};
 use super::hard_case_range::Ranged;
 use super::hard_case_ways::{SAMPLES, Way, volume_map};
@@ -19,6 +18,7 @@ use crate::airlight_gpu::{GpuFrame, lacks};
 use crate::failure::Outcome;
 use crate::image_file::Image;
 use crate::maps::{MapOptions, MapSurface, Maps};
+use crate::median::median;
 use crate::metrics::{self, Metrics};
 use crate::report::data::{Bound, Check, Row};
 use crate::report::table::{Column, Table};

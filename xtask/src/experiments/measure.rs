@@ -11,14 +11,14 @@ use gpu_backend::GpuContext;
 use scene::Bvh;
 
 use super::counts::Counts;
-use super::equal_error::median;
-use super::references::{Kept, References};
+use super::references::{ExactPicture, References};
 use crate::airlight::{Airlight, Stage};
 use crate::airlight_gpu::GpuFrame;
 use crate::failure::{Failure, Outcome};
 use crate::froxels::FroxelFrame;
 use crate::image_file::Image;
 use crate::maps::{MapOptions, MapSurface, Maps};
+use crate::median::median;
 use crate::metrics::{self, Metrics};
 use crate::report::data::Row;
 use crate::scene_args::Setup;
@@ -225,7 +225,7 @@ impl Arena {
                 Stage { setup: &setup, bvh: &bvh, options, rays: &rays, maps, further: &[], tick: &|_| () };
             references.picture(&stage, technique)
         };
-        let Kept { image: exact, ms: exact_ms } = run(Technique::Exact, &base, &none)?;
+        let ExactPicture { image: exact, ms: exact_ms } = run(Technique::Exact, &base, &none)?;
         let on_map = run(Technique::ExactShadowMap, &base, &maps)?.image;
         let unshadowed = run(Technique::Exact, &open, &none)?.image;
         let map = Mapped { options: base.map, maps, exact: on_map };

@@ -4,12 +4,13 @@ use std::collections::BTreeMap;
 
 use hybrid_march::Sampling;
 
-use super::equal_error::{interpolate, median};
+use super::equal_error::interpolate;
 use super::measure::Measured;
 use super::pareto::Case;
 use super::pareto_picks::{Metric, Pick, TARGETS};
 use super::pareto_settings::family;
 use super::shown::slug;
+use crate::median::median;
 use crate::report::data::{Bound, Check, EqualError};
 use crate::report::table::{Column, Table};
 use crate::report::{self, Axis, Plot, Series};

@@ -32,7 +32,7 @@ pub(crate) struct References {
 
 /// An exact picture.
 #[derive(Debug, Clone)]
-pub(super) struct Kept {
+pub(super) struct ExactPicture {
     pub(super) image: Image,
     /// What computing it took, in the run that did; units: ms.
     pub(super) ms: f64,
@@ -49,13 +49,13 @@ impl References {
     }
 
     /// The airlight of an exact technique, read back if an earlier run left it.
-    pub(super) fn picture(&self, stage: &Stage<'_>, technique: Technique) -> Outcome<Kept> {
+    pub(super) fn picture(&self, stage: &Stage<'_>, technique: Technique) -> Outcome<ExactPicture> {
         let path = self.folder.as_ref().map(|folder| folder.join(key(stage, technique)));
         if let Some(kept) = path.as_ref().and_then(|path| read(path, stage.options.size)) {
             return Ok(kept);
         }
         let airlight = stage.run(technique)?;
-        let kept = Kept { image: picture(stage.options.size, &airlight), ms: airlight.ms };
+        let kept = ExactPicture { image: picture(stage.options.size, &airlight), ms: airlight.ms };
         if let Some(path) = path
             && let Err(error) = output_file::write_bytes(&path, &bytes(&kept))
         {
@@ -117,7 +117,7 @@ fn hex(bytes: &[u8]) -> String {
 }
 
 /// Time and pixels as a file holds them, after a hash of them.
-fn bytes(kept: &Kept) -> Vec<u8> {
+fn bytes(kept: &ExactPicture) -> Vec<u8> {
     let mut bytes = kept.ms.to_le_bytes().to_vec();
     bytes.extend(kept.image.pixels.iter().flatten().flat_map(|value| value.to_le_bytes()));
     let hash = Sha256::digest(&bytes);
@@ -126,7 +126,7 @@ fn bytes(kept: &Kept) -> Vec<u8> {
 }
 
 /// What a file holds, if it is whole.
-fn read(path: &Path, (width, height): (u32, u32)) -> Option<Kept> {
+fn read(path: &Path, (width, height): (u32, u32)) -> Option<ExactPicture> {
     let bytes = fs::read(path).ok()?;
     let (hash, content) = bytes.split_first_chunk::<32>()?;
     if Sha256::digest(content)[..] != hash[..] {
@@ -142,7 +142,7 @@ fn read(path: &Path, (width, height): (u32, u32)) -> Option<Kept> {
         [r, g, b].map(f32::from_le_bytes)
     };
     let pixels = pixels.iter().map(pixel).collect();
-    Some(Kept { image: Image { width, height, pixels }, ms: f64::from_le_bytes(*ms) })
+    Some(ExactPicture { image: Image { width, height, pixels }, ms: f64::from_le_bytes(*ms) })
 }
 
 #[cfg(test)]
@@ -229,7 +229,7 @@ mod tests {
         let again = references.picture(&scene.stage(), Technique::Exact).unwrap();
         assert_eq!((first.image.pixels, first.ms), (again.image.pixels.clone(), again.ms));
         // it is the file that is read: another time in it comes back
-        let other = bytes(&Kept { ms: 12.5, ..again.clone() });
+        let other = bytes(&ExactPicture { ms: 12.5, ..again.clone() });
         fs::write(&path, &other).unwrap();
         assert_eq!(references.picture(&scene.stage(), Technique::Exact).unwrap().ms, 12.5);
         // cut short or with other content, it is computed anew and mended

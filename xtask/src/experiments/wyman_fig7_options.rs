@@ -14,13 +14,13 @@ use shadowmap::{
 
 use super::Context;
 use super::counts::for_all_pixels;
-use super::equal_error::median;
 use super::measure::{self, Arena, Measured, Setting, WARM_FRAMES, in_turns};
 use super::shown::{self, display_scale};
 use super::wyman_fig7::{BRUTE, Plan, base, plain, source};
 use crate::failure::{Failure, Outcome};
 use crate::image_file::Image;
 use crate::maps::Maps;
+use crate::median::median;
 use crate::metrics::{self, Metrics};
 use crate::report::data::{Bound, Check, Experiment, Row};
 use crate::report::table::{Column, Table};

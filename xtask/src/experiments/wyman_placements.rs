@@ -9,10 +9,10 @@ use hybrid_march::{FaceBounds, ShadowVolume};
 use media_math::{Foot, airlight};
 use scene::{Aabb, BvhVisibility, DRay, Interval, Light, LightId, Mesh, PointLight, Visibility};
 
-use super::equal_error::median;
 use super::measure::{Arena, in_turns};
 use crate::failure::{Failure, Outcome};
 use crate::image_file::Image;
+use crate::median::median;
 use crate::scene_args::Setup;
 use crate::technique::{Extruded, Options};
 use crate::volumes::extruded_mesh;

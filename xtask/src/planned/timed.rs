@@ -9,6 +9,7 @@ use super::candidates::Candidate;
 use crate::airlight::Stage;
 use crate::airlight_gpu::GpuFrame;
 use crate::failure::Outcome;
+use crate::median::median;
 use crate::technique::{Options, Technique};
 
 /// Rounds of a frame of each, after one in which pipelines are made.
@@ -59,10 +60,9 @@ pub(super) fn times(
             }
         }
     }
-    Ok(frames.into_iter().map(|one| median(&mut one?.1)).collect())
-}
-
-fn median(times: &mut [f64]) -> Option<f64> {
-    times.sort_by(f64::total_cmp);
-    times.get(times.len() / 2).copied()
+    let median_of = |(_, mut times): (GpuFrame<'_>, Vec<f64>)| {
+        times.sort_by(f64::total_cmp);
+        median(&times)
+    };
+    Ok(frames.into_iter().map(|one| one.and_then(median_of)).collect())
 }

@@ -90,7 +90,7 @@ fn note(case: &Case, adaptive: Option<&Volume>) -> Option<String> {
         return Some("no threshold of the list adds little enough".into());
     };
     let share = 100.0 * case.share(volume)?;
-    let still = super::super::equal_error::median(&volume.measured.kept);
+    let still = crate::median::median(&volume.measured.kept);
     let made = still.map_or(f64::NAN, |still| 100.0 * (1.0 - still / volume.measured.ms()));
     Some(format!(
         "{} with {share:.1} % of the triangles; making it is {made:.0} % of its time, drawing it the rest",

@@ -1,8 +1,8 @@
 //! The paper's table with ours beside it.
 
 use super::super::billeter_bench::{Division, time_ratio};
-use super::super::equal_error::median;
 use super::{Case, Volume};
+use crate::median::median;
 use crate::report;
 use crate::report::table::{Column, Table};
 

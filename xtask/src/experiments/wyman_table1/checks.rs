@@ -1,8 +1,8 @@
 //! The paper's claims, tested.
 
-use super::super::equal_error::median;
 use super::super::measure::Measured;
 use super::{BRUTE, Case, LOW, POINT, TEXTURED, Way, tables};
+use crate::median::median;
 use crate::report;
 use crate::report::data::{Bound, Check};
 

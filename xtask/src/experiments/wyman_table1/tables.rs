@@ -1,8 +1,8 @@
 //! The tables: the paper's with ours beside it, and where the times go.
 
-use super::super::equal_error::median;
 use super::super::measure::{Measured, Setting};
 use super::{BRUTE, Case, HYBRID, LOW, NO_SHADOWS, Needs, POINT, TARGETS, Way, brute_name, hybrid_name};
+use crate::median::median;
 use crate::report;
 use crate::report::data::EqualError;
 use crate::report::table::{Column, Table};
